@@ -6,31 +6,14 @@ use std::sync::Arc;
 use super::lattice::refuse;
 use super::spline::Spline;
 use crate::Result;
-use crate::numeric::{fresnel_auxiliary, split_mix, unit_interval};
+use crate::numeric::{fresnel_auxiliary, next_uniform};
 
 /// Sines of which noise is the sum.
 const NOISE_LINES: usize = 128;
 
-/// What the push of a body is once its drive is over.
-const REST: Waveform = Waveform::Sine {
-    amplitude: 0.0,
-    frequency: 0.0,
-};
-
-/// A waveform in time, zero before t = 0.
+/// A waveform in time, with a start and an end, constant before and after.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Waveform {
-    /// `amplitude * sin(2 pi frequency t)`, frequency in cycles per time unit.
-    Sine { amplitude: f64, frequency: f64 },
-    /// `amplitude * sin(pi t / duration)` up to `duration`, 0 after.
-    HalfSine { amplitude: f64, duration: f64 },
-    /// Any other.
-    Curve(Curve),
-}
-
-/// A waveform with a start and an end, constant before and after.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
+pub struct Waveform {
     form: Arc<Form>,
     span: [f64; 2],
     /// Values before the start and after the end.
@@ -40,7 +23,7 @@ pub struct Curve {
     fastest: f64,
 }
 
-/// What a [`Curve`] is between its start and its end, and smooth beyond.
+/// What a [`Waveform`] is between its start and its end, and smooth beyond.
 #[derive(Debug, PartialEq)]
 enum Form {
     /// `offset + sum a sin(w t + phase)`, each sine as `[a, w, phase]`.
@@ -111,18 +94,17 @@ impl Form {
     }
 }
 
-impl Curve {
-    fn derivative(&self, order: usize, t: f64) -> f64 {
-        let outside = |value: f64| if order == 0 { value } else { 0.0 };
-        match self.span {
-            [start, _] if t < start => outside(self.outside[0]),
-            [_, end] if t > end => outside(self.outside[1]),
-            _ => self.form.derivative(order, t),
-        }
-    }
-}
-
 impl Waveform {
+    /// `amplitude * sin(2 pi frequency t)`, frequency in cycles per time unit.
+    pub fn sine(amplitude: f64, frequency: f64) -> Waveform {
+        one_sine(amplitude, 2.0 * PI * frequency, f64::INFINITY)
+    }
+
+    /// `amplitude * sin(pi t / duration)` up to `duration`, 0 after.
+    pub fn half_sine(amplitude: f64, duration: f64) -> Waveform {
+        one_sine(amplitude, PI / duration, duration)
+    }
+
     /// `cycles` cycles of a sine under Hann's window: `amplitude sin(2 pi f t) sin^2(pi f t / cycles)` up to
     /// `cycles / f`, 0 after.
     pub fn tone_burst(amplitude: f64, frequency: f64, cycles: f64) -> Waveform {
@@ -139,9 +121,9 @@ impl Waveform {
     /// `amplitude sin(2 pi (f0 t + (f1 - f0) t^2 / (2 duration)))` up to `duration`, 0 after: the
     /// frequency goes evenly from f0 to f1.
     pub fn chirp(amplitude: f64, [from, to]: [f64; 2], duration: f64) -> Waveform {
-        let [size, fastest] = [amplitude.abs(), 2.0 * PI * from.max(to)];
+        let fastest = 2.0 * PI * from.max(to);
         if from == to {
-            return sum_of_sines(vec![[amplitude, fastest, 0.0]], duration, [size, fastest]);
+            return one_sine(amplitude, fastest, duration);
         }
         let rate = (to - from) / duration;
         let chirp = Chirp {
@@ -149,7 +131,7 @@ impl Waveform {
             from,
             rate,
         };
-        ended(Form::Chirp(chirp), duration, [size, fastest])
+        ended(Form::Chirp(chirp), duration, [amplitude.abs(), fastest])
     }
 
     /// Noise of this root mean square in a band of frequencies, up to `duration`, 0 after: the sum of 128 sines
@@ -157,11 +139,7 @@ impl Waveform {
     /// phases; the same on every machine for a seed.
     pub fn noise(rms: f64, [low, high]: [f64; 2], seed: u64, duration: f64) -> Waveform {
         let mut state = seed;
-        let mut random = || {
-            let (next, bits) = split_mix(state);
-            state = next;
-            unit_interval(bits)
-        };
+        let mut random = || next_uniform(&mut state);
         let (part, amplitude) = (
             (high - low) / NOISE_LINES as f64,
             rms * (2.0 / NOISE_LINES as f64).sqrt(),
@@ -193,23 +171,9 @@ impl Waveform {
     /// # Errors
     /// [`crate::Error::Request`] for the integral of a chirp.
     pub fn integral(&self) -> Result<Waveform> {
-        let one = |amplitude: f64, w: f64, end: f64| {
-            sum_of_sines(vec![[amplitude, w, 0.0]], end, [amplitude.abs(), w]).integral()
-        };
-        let curve = match self {
-            Waveform::Sine { amplitude, .. } => {
-                return one(*amplitude, self.angular_frequency(), f64::INFINITY);
-            }
-            Waveform::HalfSine {
-                amplitude,
-                duration,
-            } => return one(*amplitude, self.angular_frequency(), *duration),
-            Waveform::Curve(curve) => curve,
-        };
-        let [_, end] = curve.span;
-        let size = [curve.size / curve.fastest, curve.fastest];
-        let integrated = |form| ended(form, end, size).held();
-        match &*curve.form {
+        let size = [self.size / self.fastest, self.fastest];
+        let integrated = |form| ended(form, self.span[1], size).held();
+        match &*self.form {
             Form::Sines { sines, .. } => {
                 let sines: Vec<[f64; 3]> = sines
                     .iter()
@@ -230,66 +194,49 @@ impl Waveform {
 
     /// The same, which stays as it is at its ends: a displacement.
     #[must_use]
-    pub fn held(self) -> Waveform {
-        let Waveform::Curve(mut curve) = self else {
-            return self;
-        };
-        if let Form::Spline(_) = &*curve.form {
-            curve.outside[0] = curve.form.derivative(0, curve.span[0]);
+    pub fn held(mut self) -> Waveform {
+        if let Form::Spline(_) = &*self.form {
+            self.outside[0] = self.form.derivative(0, self.span[0]);
         }
-        if curve.span[1].is_finite() {
-            curve.outside[1] = curve.form.derivative(0, curve.span[1]);
+        if self.span[1].is_finite() {
+            self.outside[1] = self.form.derivative(0, self.span[1]);
         }
-        Waveform::Curve(curve)
+        self
     }
 
     /// Value at time t.
     pub fn at(&self, t: f64) -> f64 {
-        if let Waveform::Curve(curve) = self {
-            return curve.derivative(0, t);
-        }
-        let (amplitude, phase) = self.phase(t);
-        amplitude * phase.sin()
+        self.derivative(0, t)
     }
 
     /// Derivative in time at time t.
     pub fn rate_at(&self, t: f64) -> f64 {
-        if let Waveform::Curve(curve) = self {
-            return curve.derivative(1, t);
-        }
-        let (amplitude, phase) = self.phase(t);
-        if amplitude == 0.0 {
-            return 0.0;
-        }
-        amplitude * self.angular_frequency() * phase.cos()
+        self.derivative(1, t)
     }
 
     /// Second derivative in time at time t.
     pub fn acceleration_at(&self, t: f64) -> f64 {
-        match self {
-            Waveform::Curve(curve) => curve.derivative(2, t),
-            _ => -self.angular_frequency().powi(2) * self.at(t),
+        self.derivative(2, t)
+    }
+
+    fn derivative(&self, order: usize, t: f64) -> f64 {
+        let outside = |value: f64| if order == 0 { value } else { 0.0 };
+        match self.span {
+            [start, _] if t < start => outside(self.outside[0]),
+            [_, end] if t > end => outside(self.outside[1]),
+            _ => self.form.derivative(order, t),
         }
     }
 
     /// The time at which the waveform ends; infinite for a sine.
     pub fn end(&self) -> f64 {
-        match self {
-            Waveform::Sine { .. } => f64::INFINITY,
-            Waveform::HalfSine { duration, .. } => *duration,
-            Waveform::Curve(curve) => curve.span[1],
-        }
+        self.span[1]
     }
 
     /// The times after 0 at which it, or a derivative, jumps.
     pub(crate) fn kinks(&self) -> impl Iterator<Item = f64> {
-        let start = match self {
-            Waveform::Curve(curve) => curve.span[0],
-            _ => 0.0,
-        };
-        [start, self.end()]
-            .into_iter()
-            .filter(|t| *t > 0.0 && t.is_finite())
+        let ends = self.span.into_iter();
+        ends.filter(|t| *t > 0.0 && t.is_finite())
     }
 
     /// The largest jump of its rate before time `end`, time 0 apart.
@@ -305,54 +252,30 @@ impl Waveform {
     /// What it is from time t on, smooth beyond its next kink, and when that is; `None` once it is over.
     /// A step that ends at a kink sees its own side of it.
     pub(crate) fn onward(&self, t: f64) -> (Waveform, Option<f64>) {
-        match self {
-            Waveform::Sine { .. } => (self.clone(), Some(f64::INFINITY)),
-            Waveform::HalfSine {
-                amplitude,
-                duration,
-            } if t < *duration => {
-                let sine = Waveform::Sine {
-                    amplitude: *amplitude,
-                    frequency: 0.5 / duration,
-                };
-                (sine, Some(*duration))
+        match self.span {
+            [start, _] if t < start => (constant(self.outside[0]), Some(start)),
+            [_, end] if t < end => {
+                let mut smooth = self.clone();
+                smooth.span = [f64::NEG_INFINITY, f64::INFINITY];
+                (smooth, Some(end))
             }
-            Waveform::HalfSine { .. } => (REST, None),
-            Waveform::Curve(curve) => match curve.span {
-                [start, _] if t < start => (constant(curve.outside[0]), Some(start)),
-                [_, end] if t < end => {
-                    let mut smooth = curve.clone();
-                    smooth.span = [f64::NEG_INFINITY, f64::INFINITY];
-                    (Waveform::Curve(smooth), Some(end))
-                }
-                _ => (constant(curve.outside[1]), None),
-            },
+            _ => (constant(self.outside[1]), None),
         }
     }
 
     /// The angular frequency of its fastest part.
     pub fn angular_frequency(&self) -> f64 {
-        match self {
-            Waveform::Sine { frequency, .. } => 2.0 * PI * frequency,
-            Waveform::HalfSine { duration, .. } => PI / duration,
-            Waveform::Curve(curve) => curve.fastest,
-        }
+        self.fastest
     }
 
     /// Its largest magnitude; of noise three times its root mean square.
     pub fn amplitude(&self) -> f64 {
-        match self {
-            Waveform::Sine { amplitude, .. } | Waveform::HalfSine { amplitude, .. } => *amplitude,
-            Waveform::Curve(curve) => curve.size,
-        }
+        self.size
     }
+}
 
-    fn phase(&self, t: f64) -> (f64, f64) {
-        match self {
-            Waveform::HalfSine { duration, .. } if t > *duration => (0.0, 0.0),
-            _ => (self.amplitude(), self.angular_frequency() * t),
-        }
-    }
+fn one_sine(amplitude: f64, w: f64, end: f64) -> Waveform {
+    sum_of_sines(vec![[amplitude, w, 0.0]], end, [amplitude.abs(), w])
 }
 
 fn sum_of_sines(sines: Vec<[f64; 3]>, end: f64, size: [f64; 2]) -> Waveform {
@@ -361,13 +284,13 @@ fn sum_of_sines(sines: Vec<[f64; 3]>, end: f64, size: [f64; 2]) -> Waveform {
 
 /// From time 0 to its end, of this largest magnitude and fastest angular frequency.
 fn ended(form: Form, end: f64, [size, fastest]: [f64; 2]) -> Waveform {
-    Waveform::Curve(Curve {
+    Waveform {
         form: Arc::new(form),
         span: [f64::NEG_INFINITY, end],
         outside: [0.0; 2],
         size,
         fastest,
-    })
+    }
 }
 
 fn of_spline(spline: Spline, first: f64) -> Waveform {
@@ -379,13 +302,13 @@ fn of_spline(spline: Spline, first: f64) -> Waveform {
         true => (rate / size).max((bend / size).sqrt()),
         false => 0.0,
     };
-    Waveform::Curve(Curve {
+    Waveform {
         form: Arc::new(Form::Spline(spline)),
         span,
         outside: [0.0; 2],
         size: size.max(first.abs()),
         fastest: fastest.max(PI / length),
-    })
+    }
 }
 
 fn constant(value: f64) -> Waveform {
@@ -393,10 +316,7 @@ fn constant(value: f64) -> Waveform {
         offset: value,
         sines: Vec::new(),
     };
-    match value == 0.0 {
-        true => REST,
-        false => ended(form, f64::INFINITY, [value.abs(), 0.0]),
-    }
+    ended(form, f64::INFINITY, [value.abs(), 0.0])
 }
 
 /// What is driven, and how.

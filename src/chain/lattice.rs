@@ -1,11 +1,10 @@
-//! The chain itself: masses, contacts, ends, losses, and the patterns they are laid out in.
+//! The chain itself: masses, contacts, ends, losses.
 //!
 //! `m_j x_j'' = F_{j-1} - F_j`, `F_j = F(delta_j)`, `delta_j = x_j - x_{j+1} + delta0_j`: contact j
 //! joins sites j and j+1, and the last one joins the last site to the fixed wall.
 
 use super::law::{Law, Laws};
 use super::resonators::Resonators;
-use crate::numeric::{split_mix, unit_interval};
 use crate::{Error, Result};
 
 /// What holds the ends.
@@ -177,9 +176,8 @@ impl Chain {
 
     /// Static overlap of contact j.
     pub fn static_overlap(&self, contact: usize) -> f64 {
-        self.law
-            .of(contact)
-            .static_overlap(self.coefficient[contact], self.static_force(contact))
+        let law = self.law.of(contact);
+        law.static_overlap(self.coefficient[contact], self.static_force(contact))
     }
 
     /// Static force in contact j: the precompression and the weight of the sites before it.
@@ -252,44 +250,37 @@ impl Chain {
         }
     }
 
-    /// Overlap of contact j beyond the static one, `x_j - x_{j+1}`.
+    /// Overlap of contact j beyond the static one, `x_j - x_{j+1}`; of velocities its rate.
     pub fn overlap(&self, contact: usize, displacement: &[f64]) -> f64 {
-        displacement[contact] - self.right_of(contact, displacement)
+        let right = self.right_site(contact);
+        displacement[contact] - right.map_or(0.0, |right| displacement[right])
     }
 
-    fn right_of(&self, contact: usize, values: &[f64]) -> f64 {
-        match (values.get(contact + 1), self.ends) {
-            (Some(&value), _) => value,
-            (None, Ends::Periodic) => values[0],
-            (None, _) => 0.0,
+    /// The site after a contact; `None` for a wall.
+    pub(super) fn right_site(&self, contact: usize) -> Option<usize> {
+        match (contact + 1 < self.n_sites(), self.ends) {
+            (true, _) => Some(contact + 1),
+            (false, Ends::Periodic) => Some(0),
+            (false, _) => None,
         }
     }
 
     /// The mass with which both bodies of contact j move against each other.
     pub(crate) fn reduced_mass(&self, contact: usize) -> f64 {
-        let next = match (self.mass.get(contact + 1), self.ends) {
-            (Some(mass), _) => *mass,
-            (None, Ends::Periodic) => self.mass[0],
-            (None, _) => f64::INFINITY,
-        };
+        let right = self.right_site(contact);
+        let next = right.map_or(f64::INFINITY, |right| self.mass[right]);
         1.0 / (1.0 / self.mass[contact] + 1.0 / next)
     }
 
     /// Force in contact j beyond the static one, damping included.
     pub fn force(&self, contact: usize, displacement: &[f64], velocity: &[f64]) -> f64 {
-        self.elastic_force(contact, displacement)
-            + self.damping_force(contact, displacement, velocity)
-    }
-
-    /// Elastic force in contact j beyond the static one.
-    pub fn elastic_force(&self, contact: usize, displacement: &[f64]) -> f64 {
-        let r = self.overlap(contact, displacement);
-        self.contact(contact).force(r)
+        let closing = self.overlap(contact, velocity);
+        self.force_at(contact, self.overlap(contact, displacement), closing)
     }
 
     /// Damping force in contact j.
     pub fn damping_force(&self, contact: usize, displacement: &[f64], velocity: &[f64]) -> f64 {
-        let closing = velocity[contact] - self.right_of(contact, velocity);
+        let closing = self.overlap(contact, velocity);
         let r = self.overlap(contact, displacement);
         self.damping(self.contact(contact), r, closing)
     }
@@ -302,10 +293,8 @@ impl Chain {
 
     /// The same of the contact with the wall before site 0; 0 where there is none.
     pub(super) fn left_wall_force(&self, r: f64, closing: f64) -> f64 {
-        match self.left_contact() {
-            Some(contact) => self.force_of(contact, r, closing),
-            None => 0.0,
-        }
+        let contact = self.left_contact();
+        contact.map_or(0.0, |contact| self.force_of(contact, r, closing))
     }
 
     fn force_of(&self, contact: Contact, r: f64, closing: f64) -> f64 {
@@ -335,20 +324,12 @@ impl Chain {
         wall: f64,
         out: &mut [f64],
     ) {
-        let n = self.n_sites();
         for (j, energy) in out.iter_mut().enumerate() {
             *energy = 0.5 * self.mass[j] * velocity[j] * velocity[j];
         }
         for (j, contact) in self.contacts().enumerate() {
             let energy = contact.energy(self.overlap(j, displacement));
-            let right = if j + 1 < n {
-                Some(j + 1)
-            } else if self.ends == Ends::Periodic {
-                Some(0)
-            } else {
-                None
-            };
-            match right {
+            match self.right_site(j) {
                 Some(right) => {
                     out[j] += 0.5 * energy;
                     out[right] += 0.5 * energy;
@@ -406,26 +387,15 @@ impl Chain {
             return Err(refuse("sites", "1 or more, 3 or more if periodic", n));
         }
         if self.n_contacts() != contacts {
-            return Err(refuse(
-                "coefficient",
-                &format!("{contacts} contacts for {n} sites with these ends"),
-                self.n_contacts(),
-            ));
-        }
-        for &m in &self.mass {
-            if !(m > 0.0 && m.is_finite()) {
-                return Err(refuse("mass", "positive masses", m));
-            }
+            let expected = format!("{contacts} contacts for {n} sites with these ends");
+            return Err(refuse("coefficient", &expected, self.n_contacts()));
         }
         let left = match self.ends {
             Ends::Fixed { left_coefficient } => Some(left_coefficient),
             _ => None,
         };
-        for &c in self.coefficient.iter().chain(&left) {
-            if !(c > 0.0 && c.is_finite()) {
-                return Err(refuse("coefficient", "positive coefficients", c));
-            }
-        }
+        above_zero("mass", self.mass.iter())?;
+        above_zero("coefficient", self.coefficient.iter().chain(&left))?;
         for law in self.law.each() {
             match *law {
                 Law::Power { exponent } if !(exponent >= 1.0 && exponent.is_finite()) => {
@@ -439,9 +409,18 @@ impl Chain {
             }
         }
         self.check_on_site()?;
-        if !(self.precompression >= 0.0 && self.precompression.is_finite()) {
-            let expected = "a static force of 0 or more";
-            return Err(refuse("precompression", expected, self.precompression));
+        let Losses {
+            dashpot,
+            tangent,
+            drag,
+        } = self.losses;
+        for (name, value) in [
+            ("precompression", self.precompression),
+            ("dashpot", dashpot),
+            ("tangent", tangent),
+            ("drag", drag),
+        ] {
+            not_negative(name, [&value])?;
         }
         let mut contacts = self.contacts().chain(self.left_contact()).enumerate();
         let is_none = |(_, contact): &(usize, Contact)| contact.static_overlap.is_nan();
@@ -455,16 +434,6 @@ impl Chain {
             let force = self.static_force(j.min(self.n_contacts() - 1));
             return Err(refuse(option, &expected, format!("{force} in contact {j}")));
         }
-        let Losses {
-            dashpot,
-            tangent,
-            drag,
-        } = self.losses;
-        for (name, value) in [("dashpot", dashpot), ("tangent", tangent), ("drag", drag)] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(refuse(name, "a loss of 0 or more", value));
-            }
-        }
         Ok(())
     }
 }
@@ -472,9 +441,7 @@ impl Chain {
 impl Chain {
     fn check_on_site(&self) -> Result<()> {
         let gravity = self.on_site.gravity;
-        if !(gravity >= 0.0 && gravity.is_finite()) {
-            return Err(refuse("gravity", "an acceleration of 0 or more", gravity));
-        }
+        not_negative("gravity", [&gravity])?;
         if gravity > 0.0 && !matches!(self.ends, Ends::Wall | Ends::Fixed { .. }) {
             let expected = "ends with a wall after the last site, which carries the weight";
             return Err(refuse("gravity", expected, "others"));
@@ -487,14 +454,25 @@ impl Chain {
             let expected = format!("{} coefficients, one a site", self.n_sites());
             return Err(refuse("ground", &expected, ground.coefficient.len()));
         }
-        match ground
-            .coefficient
-            .iter()
-            .find(|c| !(**c >= 0.0 && c.is_finite()))
-        {
-            Some(c) => Err(refuse("ground", "coefficients of 0 or more", c)),
-            None => Ok(()),
-        }
+        not_negative("ground", &ground.coefficient)
+    }
+}
+
+fn above_zero<'v>(name: &'static str, mut values: impl Iterator<Item = &'v f64>) -> Result<()> {
+    match values.find(|value| !(**value > 0.0 && value.is_finite())) {
+        Some(value) => Err(refuse(name, "finite values above 0", value)),
+        None => Ok(()),
+    }
+}
+
+pub(super) fn not_negative<'v>(
+    name: &'static str,
+    values: impl IntoIterator<Item = &'v f64>,
+) -> Result<()> {
+    let is_wrong = |value: &&f64| !(**value >= 0.0 && value.is_finite());
+    match values.into_iter().find(is_wrong) {
+        Some(value) => Err(refuse(name, "finite values of 0 or more", value)),
+        None => Ok(()),
     }
 }
 
@@ -504,62 +482,4 @@ pub(crate) fn refuse(option: &'static str, expected: &str, found: impl std::fmt:
         expected: expected.to_owned(),
         found: found.to_string(),
     }
-}
-
-/// Values laid out along a chain.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Pattern {
-    /// The cell, repeated: one value is uniform, two a dimer, three a trimer.
-    Cell(Vec<f64>),
-    /// Geometric from the first value to the last.
-    Tapered { first: f64, last: f64 },
-    /// Independent and uniform in `mean * (1 -+ spread)`, the same on every machine for a seed.
-    Random { mean: f64, spread: f64, seed: u64 },
-    /// Every value given.
-    Values(Vec<f64>),
-}
-
-impl Pattern {
-    /// The values along `n` places.
-    ///
-    /// # Errors
-    /// [`Error::Request`] for an empty cell, values of another number than `n`, or a pattern
-    /// that is not positive throughout.
-    pub fn values(&self, n: usize) -> Result<Vec<f64>> {
-        let values: Vec<f64> = match self {
-            Pattern::Cell(cell) if cell.is_empty() => {
-                return Err(refuse("cell", "at least one value", "none"));
-            }
-            Pattern::Cell(cell) => cell.iter().copied().cycle().take(n).collect(),
-            Pattern::Tapered { first, last } => {
-                let steps = n.saturating_sub(1).max(1) as f64;
-                let rate = (last / first).ln() / steps;
-                (0..n).map(|j| first * (rate * j as f64).exp()).collect()
-            }
-            Pattern::Random { spread, .. } if !(0.0..1.0).contains(spread) => {
-                return Err(refuse("spread", "a share from 0 up to 1", spread));
-            }
-            Pattern::Random { mean, spread, seed } => {
-                let mut state = *seed;
-                (0..n)
-                    .map(|_| mean * (1.0 + spread * (2.0 * uniform(&mut state) - 1.0)))
-                    .collect()
-            }
-            Pattern::Values(values) if values.len() != n => {
-                return Err(refuse("values", &format!("{n} values"), values.len()));
-            }
-            Pattern::Values(values) => values.clone(),
-        };
-        match values.iter().find(|v| !(**v > 0.0 && v.is_finite())) {
-            Some(value) => Err(refuse("pattern", "positive values", value)),
-            None => Ok(values),
-        }
-    }
-}
-
-/// The next number in 0..1.
-fn uniform(state: &mut u64) -> f64 {
-    let (next, bits) = split_mix(*state);
-    *state = next;
-    unit_interval(bits)
 }

@@ -27,9 +27,9 @@ mod work;
 
 pub use crate::numeric::{Jet, Real};
 pub use dispersion::{NoBranches, UnitCell};
-pub use drive::{Curve, Drive, Waveform};
+pub use drive::{Drive, Waveform};
 pub(crate) use lattice::Contact;
-pub use lattice::{Chain, Ends, Ground, Losses, OnSite, Pattern};
+pub use lattice::{Chain, Ends, Ground, Losses, OnSite};
 pub use law::{ContactLaw, Law, Laws};
 pub(crate) use law::{hertz_energies, hertz_roots};
 pub use many::run_each;

@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use ndarray::Array2;
 use num_complex::Complex;
 
-use super::lattice::{Chain, Ends, refuse};
+use super::lattice::{Chain, refuse};
 use crate::Result;
 use crate::numeric::hermitian::eigen;
-use crate::numeric::{split_mix, unit_interval};
+use crate::numeric::next_uniform;
 
 /// Sites beyond which the matrix of a chain is not diagonalized.
 const MOST_SITES: usize = 2000;
@@ -47,34 +47,24 @@ impl Chain {
             let expected = "a chain with linear small motion: one with precompression, or of a law that pulls, too";
             return Err(refuse("mode", expected, "contacts that only touch"));
         }
-        let places = n + self.resonators().map_or(0, |all| all.sites().count());
-        if places > MOST_SITES {
-            return Err(refuse(
-                "mode",
-                "at most 2000 bodies and resonators for modes",
-                places,
-            ));
-        }
-        if contacts().any(|contact| contact.stiffness(0.0) < 0.0) {
-            let expected = "a chain that is stable at rest, for modes";
-            return Err(refuse("mode", expected, "contacts of negative stiffness"));
-        }
         let resonators: Vec<usize> = self
             .resonators()
             .iter()
             .flat_map(|all| all.sites())
             .collect();
-        let own = self
-            .resonators()
-            .into_iter()
-            .flat_map(|all| all.sites().map(|j| all.mass[j]));
-        let root_mass: Vec<f64> = self
-            .mass
-            .iter()
-            .copied()
-            .chain(own)
-            .map(f64::sqrt)
-            .collect();
+        let places = n + resonators.len();
+        if places > MOST_SITES {
+            let expected = "at most 2000 bodies and resonators for modes";
+            return Err(refuse("mode", expected, places));
+        }
+        if contacts().any(|contact| contact.stiffness(0.0) < 0.0) {
+            let expected = "a chain that is stable at rest, for modes";
+            return Err(refuse("mode", expected, "contacts of negative stiffness"));
+        }
+        let own = self.resonators().map_or(&[][..], |all| &all.mass[..]);
+        let own = resonators.iter().map(|j| own[*j]);
+        let root_mass = self.mass.iter().copied().chain(own).map(f64::sqrt);
+        let root_mass: Vec<f64> = root_mass.collect();
         let mut matrix = Array2::<Complex<f64>>::zeros((places, places));
         let mut add = |i: usize, j: usize, value: f64| {
             matrix[[i, j]] += value / (root_mass[i] * root_mass[j]);
@@ -91,14 +81,11 @@ impl Chain {
         for (j, contact) in self.contacts().enumerate() {
             let k = contact.stiffness(0.0);
             add(j, j, k);
-            let right = match (j + 1 < n, self.ends) {
-                (true, _) => j + 1,
-                (false, Ends::Periodic) => 0,
-                (false, _) => continue,
-            };
-            add(right, right, k);
-            add(j, right, -k);
-            add(right, j, -k);
+            if let Some(right) = self.right_site(j) {
+                add(right, right, k);
+                add(j, right, -k);
+                add(right, j, -k);
+            }
         }
         if let Some(contact) = self.left_contact() {
             add(0, 0, contact.stiffness(0.0));
@@ -176,11 +163,7 @@ impl NormalModes {
             let k = self.free + mode - 1;
             let phase = match seed {
                 None => 0.0,
-                Some(_) => {
-                    let (next, bits) = split_mix(state);
-                    state = next;
-                    2.0 * PI * unit_interval(bits)
-                }
+                Some(_) => 2.0 * PI * next_uniform(&mut state),
             };
             let size = (2.0 * energy).sqrt();
             let (at, rate) = (size / self.frequency[k] * phase.cos(), size * phase.sin());

@@ -145,28 +145,21 @@ impl Recorder {
         let (x, v) = (&state.x[FIRST_SITE..][..n], &state.v[FIRST_SITE..][..n]);
         let [y, w] = state.resonators(chain);
         times[sample] = self.samples.time(sample);
-        let copy = |array: &mut Array2<f64>, values: &[f64]| {
-            let row = array.ncols() * sample..array.ncols() * (sample + 1);
-            if let Some(all) = array.as_slice_mut() {
+        for (array, values) in [
+            (Some(velocity), v),
+            (displacement.as_mut(), x),
+            (force.as_mut(), part(&state.force, FIRST_CONTACT, m)),
+            (
+                energy_passed.as_mut(),
+                part(&state.passed, FIRST_CONTACT, m),
+            ),
+            (energy_lost.as_mut(), part(&state.lost, FIRST_SITE, n)),
+            (resonator_displacement.as_mut(), y),
+            (resonator_velocity.as_mut(), w),
+        ] {
+            if let Some(all) = array.and_then(|array| array.as_slice_mut()) {
+                let row = values.len() * sample..values.len() * (sample + 1);
                 all[row].copy_from_slice(values);
-            }
-        };
-        copy(velocity, v);
-        if let Some(array) = displacement {
-            copy(array, x);
-        }
-        if let Some(array) = force {
-            copy(array, &state.force[FIRST_CONTACT..][..m]);
-        }
-        if let Some(array) = energy_passed {
-            copy(array, &state.passed[FIRST_CONTACT..][..m]);
-        }
-        if let Some(array) = energy_lost {
-            copy(array, &state.lost[FIRST_SITE..][..n]);
-        }
-        for (array, values) in [(resonator_displacement, y), (resonator_velocity, w)] {
-            if let Some(array) = array {
-                copy(array, values);
             }
         }
         if let Some(array) = energy_input {
@@ -183,10 +176,9 @@ impl Recorder {
         if !self.explained || !(sample == last || sample.is_multiple_of(last.div_ceil(64))) {
             return;
         }
-        let wall = if chain.has_left_wall() {
-            state.x[0]
-        } else {
-            0.0
+        let wall = match chain.has_left_wall() {
+            true => state.x[0],
+            false => 0.0,
         };
         let mut energy = chain.energy(x, v, wall) + chain.resonator_energy(x, [y, w]);
         let [first, largest, drift] = &mut self.energy;
@@ -231,4 +223,9 @@ impl Recorder {
             _ => Ok(self.run),
         }
     }
+}
+
+/// What a state holds of the sites or contacts; nothing where it is not followed.
+fn part(row: &[f64], from: usize, number: usize) -> &[f64] {
+    row.get(from..from + number).unwrap_or_default()
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::lattice::{Chain, refuse};
+use super::lattice::{Chain, not_negative, refuse};
 use crate::Result;
 
 /// A mass on each body, tied to it alone by a linear spring and a dashpot.
@@ -60,11 +60,8 @@ impl Resonators {
     pub(crate) fn root_energies(&self, x: &[f64], [y, w]: [&[f64]; 2]) -> [Vec<f64>; 2] {
         let kinetic = self.mass.iter().zip(w).map(|(m, w)| (0.5 * m).sqrt() * w);
         let ahead = y.iter().zip(x).map(|(y, x)| y - x);
-        let spring = self
-            .stiffness
-            .iter()
-            .zip(ahead)
-            .map(|(k, s)| (0.5 * k).sqrt() * s);
+        let springs = self.stiffness.iter().zip(ahead);
+        let spring = springs.map(|(k, s)| (0.5 * k).sqrt() * s);
         [kinetic.collect(), spring.collect()]
     }
 
@@ -74,19 +71,12 @@ impl Resonators {
             let expected = format!("{n} masses, stiffnesses and dampings, one a site");
             return Err(refuse("resonator_mass", &expected, other.len()));
         }
-        let is_wrong = |value: &&f64| !(**value >= 0.0 && value.is_finite());
-        if let Some(value) = all.into_iter().flatten().find(is_wrong) {
-            let expected = "masses, stiffnesses and dampings of 0 or more";
-            return Err(refuse("resonator_mass", expected, value));
-        }
+        not_negative("resonator_mass", all.into_iter().flatten())?;
         for (j, [m, k, c]) in (0..n).map(|j| (j, all.map(|values| values[j]))) {
             if (m > 0.0) != (k > 0.0) || m == 0.0 && c > 0.0 {
+                let expected = "a mass and a stiffness, or nothing";
                 let found = format!("{m} and {k} at site {j}");
-                return Err(refuse(
-                    "resonator_mass",
-                    "a mass and a stiffness, or nothing",
-                    found,
-                ));
+                return Err(refuse("resonator_mass", expected, found));
             }
         }
         Ok(())

@@ -31,6 +31,13 @@ const SPREAD: f64 = 4.0;
 /// The rate of damping times the longest stable step of explicit schemes of high order.
 const STABLE: f64 = 6.0;
 
+/// How many times as many steps as the others the stiffest contact may call for: beyond, their number depends on how long it is
+/// pressed, which is not known.
+const UNCERTAIN: f64 = 5.0;
+
+/// The longest wait for a front, over the time in which one usually arrives.
+const PATIENCE: f64 = 20.0;
+
 /// Steps beyond which a run is refused whose damping, not whose motion, determines them.
 const MOST_DAMPED: f64 = 1e7;
 
@@ -40,9 +47,9 @@ const MOST: f64 = 1e11;
 /// Estimated work of a run.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Work {
-    /// Steps of one integration, to a factor of ten; to the latest time at which a front is waited
-    /// for, where the run ends with its arrival.
-    pub steps: f64,
+    /// Steps of one integration, to a factor of ten; where the run ends with the arrival of a front, to the time at which one
+    /// usually arrives. `None` where they cannot be told.
+    pub steps: Option<f64>,
     /// What determines their length: `motion`, `step`, or the loss `dashpot`, `tangent`, `drag` or `resonator_damping`.
     pub limit: &'static str,
 }
@@ -59,39 +66,40 @@ struct ContactRates {
 impl Simulation {
     /// The work of a run.
     pub fn work(&self) -> Work {
-        let time = self.latest_end();
-        self.work_of(time, &self.contact_rates(time))
-    }
-
-    fn latest_end(&self) -> f64 {
-        match self.end_time {
-            EndTime::At(time) => time,
-            EndTime::Arrival => self.latest_arrival(self.velocity_scale(0.0)),
+        let time = self.latest_end(PATIENCE);
+        let ([least, most], limit) = self.steps(time, &self.contact_rates(time));
+        Work {
+            steps: (most <= UNCERTAIN * least).then_some((least * most).sqrt()),
+            limit,
         }
     }
 
-    fn work_of(&self, time: f64, contacts: &[ContactRates]) -> Work {
+    /// The end time, or this part of the longest wait for a front.
+    fn latest_end(&self, patience: f64) -> f64 {
+        match self.end_time {
+            EndTime::At(time) => time,
+            EndTime::Arrival => self.latest_arrival(self.velocity_scale(0.0)) / patience,
+        }
+    }
+
+    /// The steps without and with those of a contact that is stiffer than others, and what determines their length.
+    fn steps(&self, time: f64, contacts: &[ContactRates]) -> ([f64; 2], &'static str) {
         if let Accuracy::Step(step) = self.accuracy {
-            return Work {
-                steps: time / step,
-                limit: "step",
-            };
+            return ([time / step; 2], "step");
         }
         let (limit, rate) = self.damping_rate(contacts);
         let moved = self.steps_of_motion(time, rate, contacts);
         let damped = rate / STABLE * time;
-        Work {
-            steps: moved + damped,
-            limit: if damped > moved { limit } else { "motion" },
-        }
+        let limit = if damped > moved[1] { limit } else { "motion" };
+        (moved.map(|moved| moved + damped), limit)
     }
 
     /// Of each contact what decides the steps there.
     fn contact_rates(&self, time: f64) -> Vec<ContactRates> {
         let chain = &self.chain;
         let (speed, losses) = (self.velocity_scale(time), chain.losses);
-        let of_contact = |(j, (stop, contact)): (usize, (f64, Contact))| {
-            let mass = chain.reduced_mass(j);
+        let of_contact = |(mass, contact): (f64, Contact)| {
+            let stop = stopping_time(mass, contact, speed);
             let mut compressed = speed * stop;
             if losses.tangent > 0.0 && speed > 0.0 {
                 // Its damping alone takes the momentum `tangent F`.
@@ -109,28 +117,26 @@ impl Simulation {
                 rounding,
             }
         };
-        let stops = self.stopping_times(speed).zip(chain.contacts());
-        stops.enumerate().map(of_contact).collect()
+        self.reduced_masses().map(of_contact).collect()
+    }
+
+    /// The contacts, that with a wall before site 0 last, with the mass with which their bodies move against each other.
+    fn reduced_masses(&self) -> impl Iterator<Item = (f64, Contact<'_>)> {
+        let chain = &self.chain;
+        let contacts = chain.contacts().enumerate();
+        let contacts = contacts.map(|(j, contact)| (chain.reduced_mass(j), contact));
+        contacts.chain(chain.left_contact().map(|contact| (chain.mass[0], contact)))
     }
 
     /// The time in which each contact stops two bodies that meet at this speed.
     pub(super) fn stopping_times(&self, speed: f64) -> impl Iterator<Item = f64> {
-        let chain = &self.chain;
-        let stops = move |(j, contact): (usize, Contact)| {
-            let (c, mass) = (contact.coefficient, chain.reduced_mass(j));
-            let power = contact.law.exponent();
-            match power.filter(|_| contact.static_overlap == 0.0 && c > 0.0 && speed > 0.0) {
-                // `c (v t)^p t = m v`
-                Some(p) => ((mass.ln() + (1.0 - p) * speed.ln() - c.ln()) / (p + 1.0)).exp(),
-                None => stepping::stopping_time(contact, mass, speed),
-            }
-        };
-        chain.contacts().enumerate().map(stops)
+        let each = self.reduced_masses().take(self.chain.n_contacts());
+        each.map(move |(mass, contact)| stopping_time(mass, contact, speed))
     }
 
     /// Steps that the motion needs, where contacts relax at `rate` or more slowly. Calibrated at 300 random scenes, of which
-    /// it found all to a factor of eight with those of [`Work::steps`].
-    fn steps_of_motion(&self, time: f64, rate: f64, contacts: &[ContactRates]) -> f64 {
+    /// it found all to a factor of eight with those of [`Work::steps`]. Without and with those of the stiffest contact.
+    fn steps_of_motion(&self, time: f64, rate: f64, contacts: &[ContactRates]) -> [f64; 2] {
         let chain = &self.chain;
         let tolerance = match self.accuracy {
             Accuracy::Tolerance(tolerance) => tolerance,
@@ -144,8 +150,8 @@ impl Simulation {
         let [least, most] = rates().fold([f64::INFINITY, 0.0f64], |[least, most], rate| {
             [least.min(rate), most.max(rate)]
         });
-        let mut a_time =
-            (each * usual).max(STEPS_OF_THE_STIFFEST * most.max(chain.fastest_resonator()));
+        let mut a_time = (each * usual).max(STEPS_OF_THE_STIFFEST * chain.fastest_resonator());
+        let mut at_most = a_time.max(STEPS_OF_THE_STIFFEST * most);
         let mut lasts = time;
         if chain.losses.drag > 0.0 {
             let heaviest = chain.mass.iter().copied().fold(0.0, f64::max);
@@ -154,13 +160,14 @@ impl Simulation {
             lasts = lasts.min(SPREAD * (time / rate).sqrt());
         }
         if chain.law.all_open() && !chain.is_pressed() {
-            a_time *= 1.0 + chain.n_sites() as f64 / BODIES_A_COLLISION;
+            let collisions = 1.0 + chain.n_sites() as f64 / BODIES_A_COLLISION;
+            (a_time, at_most) = (collisions * a_time, collisions * at_most);
             let is_open = matches!(chain.ends, Ends::Wall | Ends::Free) && self.drive.is_none();
             if is_open {
                 lasts = lasts.min(UNTIL_APART * (chain.n_sites() + 2) as f64 / least);
             }
         }
-        a_time * lasts
+        [a_time * lasts, at_most * lasts]
     }
 
     /// The loss that relaxes velocities fastest, and its rate: a dashpot between two bodies relaxes their opposite motion, and a
@@ -186,7 +193,7 @@ impl Simulation {
 
     /// Refuses a run that would not end in any time worth waiting for, and a tolerance below what rounding leaves of forces.
     pub(super) fn check_work(&self) -> Result<()> {
-        let time = self.latest_end();
+        let time = self.latest_end(1.0);
         let contacts = self.contact_rates(time);
         if let Accuracy::Tolerance(tolerance) | Accuracy::LocalError(tolerance) = self.accuracy {
             let least = contacts
@@ -198,12 +205,23 @@ impl Simulation {
             let found = format!("the tolerance {tolerance:e}");
             Error::require(least <= tolerance, "law", expected, found)?;
         }
-        let Work { steps, limit } = self.work_of(time, &contacts);
+        let ([steps, _], limit) = self.steps(time, &contacts);
         let is_damped = !matches!(limit, "motion" | "step");
         let most = if is_damped { MOST_DAMPED } else { MOST };
         let option = if limit == "motion" { "end-time" } else { limit };
         let expected = format!("a run of at most {most:e} steps, as `{limit}` determines them");
         let found = format!("about {steps:.1e} steps to the time {time}");
         Error::require(steps.is_nan() || steps <= most, option, expected, found)
+    }
+}
+
+/// The time in which a contact stops a mass of this speed.
+fn stopping_time(mass: f64, contact: Contact, speed: f64) -> f64 {
+    let c = contact.coefficient;
+    let power = contact.law.exponent();
+    match power.filter(|_| contact.static_overlap == 0.0 && c > 0.0 && speed > 0.0) {
+        // `c (v t)^p t = m v`
+        Some(p) => ((mass.ln() + (1.0 - p) * speed.ln() - c.ln()) / (p + 1.0)).exp(),
+        None => stepping::stopping_time(contact, mass, speed),
     }
 }

@@ -84,6 +84,9 @@ pub enum InputFault {
     #[error("expected what the scene in the file says, found another {what} at index {index}")]
     RunScene { what: &'static str, index: usize },
 
+    #[error("expected the values of `{what}` that were written, found others: its hash differs")]
+    RunChanged { what: &'static str },
+
     #[error("expected the report of a run, found {reason}")]
     RunReport { reason: String },
 

@@ -15,6 +15,7 @@ pub use change::FileChange;
 pub use foreign::ForeignFormat;
 pub use input::{CoordinateKind, DimensionName, FileKind, FormatError, InputFault, MemberShape};
 pub use nearest::nearest_key;
+pub(crate) use nearest::{listed, one_of_words};
 pub use scan::ScanFault;
 pub(crate) use scene::reworded;
 pub use scene::{KeyPlace, Problem, SceneFault};

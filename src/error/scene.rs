@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use super::size;
+use super::{one_of_words, size};
 
 /// Where a key of a scene was typed.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -115,21 +115,15 @@ pub(crate) fn reworded(message: &str) -> Problem {
         expected: plain(expected),
         found: shortened(&plain(found)),
     };
-    for prefix in ["invalid type: ", "invalid value: ", "invalid length "] {
-        if let Some((found, expected)) = message
-            .strip_prefix(prefix)
-            .and_then(|rest| rest.split_once(", expected "))
-        {
-            return value(expected, found);
-        }
+    let split = |prefix: &str| message.strip_prefix(prefix)?.split_once(", expected ");
+    let invalid = ["invalid type: ", "invalid value: ", "invalid length "];
+    if let Some((found, expected)) = invalid.into_iter().find_map(split) {
+        return value(expected, found);
     }
-    for prefix in ["unknown variant ", "unknown field "] {
-        if let Some((found, expected)) = message
-            .strip_prefix(prefix)
-            .and_then(|rest| rest.split_once(", expected "))
-        {
-            return value(expected, found);
-        }
+    let unknown = ["unknown variant ", "unknown field "];
+    if let Some((found, expected)) = unknown.into_iter().find_map(split) {
+        let known: Vec<&str> = expected.split('`').skip(1).step_by(2).collect();
+        return value(&one_of_words(found.trim_matches('`'), &known), found);
     }
     Problem::Syntax {
         reason: shortened(message),

@@ -32,6 +32,7 @@ mod select;
 mod sidecar;
 mod state;
 mod storage;
+mod written;
 
 use std::ops::Range;
 
@@ -59,6 +60,7 @@ pub(crate) use npz::{Archive as Members, read_members};
 pub use open::{file_hash, is_run_file};
 pub(crate) use open::{is_field_file, is_run_archive, own_netcdf, read_container};
 pub(crate) use storage::Storage;
+pub(crate) use written::{array_hash, check_written};
 
 /// One axis: `origin + index * step`, in `unit`.
 ///

@@ -36,7 +36,7 @@ pub(crate) use quantile::{
     chi_square_level, chi_square_quantile, fisher_level, fisher_tail, student_outside,
     student_two_sided,
 };
-pub(crate) use random::{Random, split_mix, unit_interval};
+pub(crate) use random::{Random, next_uniform, split_mix, unit_interval};
 pub(crate) use root::between as find_root;
 pub(crate) use sums::*;
 

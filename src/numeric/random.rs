@@ -16,6 +16,13 @@ pub(crate) fn unit_interval(bits: u64) -> f64 {
     (bits >> 11) as f64 / (1_u64 << 53) as f64
 }
 
+/// The next number in 0..1 of a state.
+pub(crate) fn next_uniform(state: &mut u64) -> f64 {
+    let (next, bits) = split_mix(*state);
+    *state = next;
+    unit_interval(bits)
+}
+
 /// SplitMix64, and normal numbers by the method of Box and Muller.
 #[derive(Debug, Clone)]
 pub(crate) struct Random {

@@ -56,10 +56,7 @@ fn resonators(n: usize, damping: f64) -> Resonators {
 /// Chains of every end, law, loss and drive, each with its end time.
 fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
     let n = 26;
-    let wave = Waveform::Sine {
-        amplitude: 0.2,
-        frequency: 0.1,
-    };
+    let wave = Waveform::sine(0.2, 0.1);
     let (force, wall) = (Drive::Force(wave.clone()), Drive::Wall(wave.clone()));
     let body = Drive::Body(7, wave.clone());
     let burst = Drive::Body(7, Waveform::tone_burst(0.3, 0.15, 3.0));
@@ -210,10 +207,7 @@ fn val_identity_scales_of_a_long_chain() {
     let residual = closed(&found.closure.scale);
     assert!(residual > 0.0 && residual < 1e-11, "{residual:e}");
 
-    let wave = Waveform::HalfSine {
-        amplitude: 0.3,
-        duration: 4.1,
-    };
+    let wave = Waveform::half_sine(0.3, 4.1);
     let chain = Chain {
         ends: fixed(1.0),
         losses: changed(Losses::default(), |it| (it.dashpot, it.drag) = (0.05, 0.01)),

@@ -71,10 +71,7 @@ fn wavenumber_only() -> BudgetRequest {
 
 /// Chains of every law, end and loss.
 fn chains() -> Vec<(Chain, Option<Drive>)> {
-    let wave = Waveform::Sine {
-        amplitude: 0.3,
-        frequency: 0.2,
-    };
+    let wave = Waveform::sine(0.3, 0.2);
     let lossy = losses([0.1, 0.05, 0.02]);
     let spring = spring(0.25, 0.1);
     let fixed = fixed(1.3);

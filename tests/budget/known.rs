@@ -7,9 +7,8 @@ use test_support::changed;
 use test_support::fields::{fixed, spring};
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{Budget, BudgetRequest, Motion, Views, budget};
-use wavecascade::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Pattern, Record, Run, Scheme, Simulation,
-};
+use wavecascade::chain::scene::SceneSource;
+use wavecascade::chain::{Accuracy, Chain, EndTime, Ends, Law, Record, Run, Scheme, Simulation};
 use wavecascade::observer::Silent;
 
 const LINEAR: Law = spring(0.0, 0.0);
@@ -34,12 +33,15 @@ fn array(arrays: &Arrays, which: LargeArray) -> &Array2<f64> {
 
 /// Numbers between -0.9 and 0.9 from a seed.
 fn random(n: usize, seed: u64) -> Vec<f64> {
-    let pattern = Pattern::Random {
-        mean: 1.0,
-        spread: 0.9,
-        seed,
-    };
-    pattern.values(n).unwrap().iter().map(|x| x - 1.0).collect()
+    let scene = format!("sites = {n}\nmass_spread = 0.9\nseed = {seed}");
+    let setup = SceneSource::new(None, scene).setup().unwrap();
+    setup
+        .simulation
+        .chain
+        .mass
+        .iter()
+        .map(|x| x - 1.0)
+        .collect()
 }
 
 /// Random states in place of a trajectory: budgets do not need one.
@@ -121,7 +123,7 @@ fn val_linear_dimers_exchange_nothing_between_branches() {
         ([0.2, 3.0], [2.0, 0.5]),
     ] {
         let n = 64;
-        let cell = |cell: [f64; 2]| Pattern::Cell(cell.to_vec()).values(n).unwrap();
+        let cell = |cell: [f64; 2]| cell.repeat(n / 2);
         let dimer = chain(cell(mass), cell(coefficient), LINEAR, Ends::Periodic, 0.0);
         let states = States::random(dimer, 6);
         let (found, arrays) = states.budget();

@@ -301,7 +301,7 @@ fn val_definition_faults_of_drives() {
         (
             "",
             "drive_waveform = \"chirp\"\ndrive_amplitude = 1.0\ndrive_cycles = 3.0",
-            "/scene.toml:6: drive_cycles: expected it only beside `drive_waveform` tone-burst, found it alone",
+            "/scene.toml:6: drive_cycles: expected it only beside `drive_waveform` `tone-burst`, found `chirp`",
         ),
     ] {
         assert_eq!(fault(table, keys), expected);

@@ -81,16 +81,10 @@ fn val_identity_energies_balance_with_losses_drive_and_other_ends() {
     held.chain.law = spring(0.25, 0.1).into();
     let mut driven = held.clone();
     driven.velocity[0] = 0.0;
-    driven.drive = Some(Drive::Wall(Waveform::Sine {
-        amplitude: 0.3,
-        frequency: 0.2,
-    }));
+    driven.drive = Some(Drive::Wall(Waveform::sine(0.3, 0.2)));
     let mut pushed = impact(Chain::dimer(20, 2.0), 15.0, 40);
     pushed.velocity[0] = 0.0;
-    pushed.drive = Some(Drive::Force(Waveform::Sine {
-        amplitude: 0.3,
-        frequency: 0.1,
-    }));
+    pushed.drive = Some(Drive::Force(Waveform::sine(0.3, 0.1)));
     let mut ring = impact(Chain::dimer(20, 2.0), 15.0, 40);
     ring.chain.ends = Ends::Periodic;
     ring.chain.law = spring(0.0, 0.5).into();
@@ -106,10 +100,7 @@ fn val_identity_energies_balance_with_losses_drive_and_other_ends() {
     let mut shoved = pressed.clone();
     shoved.chain.ends = fixed(1.0);
     shoved.velocity[0] = 0.0;
-    shoved.drive = Some(Drive::Wall(Waveform::HalfSine {
-        amplitude: 0.2,
-        duration: 3.1234,
-    }));
+    shoved.drive = Some(Drive::Wall(Waveform::half_sine(0.2, 3.1234)));
     let mut lossy_shoved = shoved.clone();
     lossy_shoved.scheme = Scheme::RungeKutta;
     lossy_shoved.chain.losses = lossy.chain.losses;

@@ -240,15 +240,9 @@ fn random_scene(seed: u64) -> Simulation {
     let frequency = random.between(0.02, 0.4);
     let amplitude = random.between(0.1, 1.0);
     let wave = if random.happens(0.5) {
-        Waveform::Sine {
-            amplitude,
-            frequency,
-        }
+        Waveform::sine(amplitude, frequency)
     } else {
-        Waveform::HalfSine {
-            amplitude,
-            duration: 1.0 / frequency,
-        }
+        Waveform::half_sine(amplitude, 1.0 / frequency)
     };
     if driven < 0.1 {
         simulation.drive = Some(Drive::Wall(wave));

@@ -1,8 +1,9 @@
 //! Chains whose motion is known: collisions, linear modes, the solitary wave, orders of methods.
 
 use test_support::fields::{fixed, spring};
+use wavecascade::chain::scene::SceneSource;
 use wavecascade::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Pattern, Record, Run, RunWarning, Scheme, Simulation,
+    Accuracy, Chain, EndTime, Ends, Law, Record, Run, RunWarning, Scheme, Simulation,
 };
 use wavecascade::field::Quantity;
 use wavecascade::observer::Silent;
@@ -202,56 +203,22 @@ fn val_rounding_a_tolerance_below_it_is_told() {
     assert!(reached > 1e-16 && reached < 1e-12, "{reached:e}");
 }
 
+/// Uniform in 1.5..2.5, of the mean 2 and the variance 1/12, each to three standard errors.
 #[test]
-fn val_definition_patterns() {
-    let cell = Pattern::Cell(vec![1.0, 2.0, 3.0]).values(5).unwrap();
-    assert_eq!(cell, [1.0, 2.0, 3.0, 1.0, 2.0]);
-    let tapered = Pattern::Tapered {
-        first: 1.0,
-        last: 16.0,
-    };
-    for (found, expected) in tapered
-        .values(5)
-        .unwrap()
-        .iter()
-        .zip([1.0, 2.0, 4.0, 8.0, 16.0])
-    {
-        assert!((found / expected - 1.0f64).abs() < 1e-14);
-    }
-    let random = |seed| {
-        let pattern = Pattern::Random {
-            mean: 2.0,
-            spread: 0.25,
-            seed,
-        };
-        pattern.values(20_000).unwrap()
+fn val_definition_random_masses() {
+    let random = |seed: u64| {
+        let scene = format!("sites = 20000\nmass_cell = 2.0\nmass_spread = 0.25\nseed = {seed}");
+        let setup = SceneSource::new(None, scene).setup().unwrap();
+        setup.simulation.chain.mass
     };
     let values = random(7);
     assert_eq!(values, random(7));
     assert_ne!(values, random(8));
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let square = values.iter().map(|v| (v - 2.0).powi(2)).sum::<f64>() / values.len() as f64;
-    // Uniform in 1.5..2.5: variance 1/12; three standard errors.
     assert!((mean - 2.0).abs() < 0.006, "{mean}");
     assert!((square * 12.0 - 1.0).abs() < 0.02, "{square}");
     assert!(values.iter().all(|v| (1.5..2.5).contains(v)));
-    assert_eq!(Pattern::Values(vec![3.0]).values(1).unwrap(), [3.0]);
-    for wrong in [
-        Pattern::Cell(vec![]),
-        Pattern::Cell(vec![1.0, -1.0]),
-        Pattern::Values(vec![1.0, 2.0]),
-        Pattern::Tapered {
-            first: 1.0,
-            last: 0.0,
-        },
-        Pattern::Random {
-            mean: 1.0,
-            spread: 3.0,
-            seed: 1,
-        },
-    ] {
-        assert!(wrong.values(3).unwrap_err().is_usage(), "{wrong:?}");
-    }
 }
 
 #[test]

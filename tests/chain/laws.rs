@@ -395,7 +395,7 @@ fn scenes_say_what_is_wrong_with_a_law() {
             "law = \"d - alpha*d^2; alpha = 0.25\"\nalpha = 0.3",
             "a formula that uses it",
         ),
-        ("laws = []", "one law or more"),
+        ("laws = []", "at least one value"),
         ("laws = [\"hertz\", \"d +\"]", "laws[1]"),
         (
             "law = \"polynomial 1 0 -0.3\"\nprecompression = 0.8",
@@ -439,11 +439,10 @@ fn a_run_names_no_files() {
         "drive_file = \"x.csv\"",
     ] {
         setup.text = text.replace("law_file = \"contact.csv\"", key);
-        RunFile::write(&path, true, &setup, &run, &Silent).unwrap();
-        let error = RunFile::read(&path).unwrap_err().to_string();
-        contains_all(&error, &["a run carries the values of files"]);
+        let error = RunFile::write(&path, true, &setup, &run, &Silent).unwrap_err();
+        contains_all(&error.to_string(), &["a run carries the values of files"]);
     }
     write("scene.toml", &format!("law = \"hertz\"\n{text}"));
     let error = SceneSource::read(&scene).unwrap().setup().unwrap_err();
-    contains_all(&error.to_string(), &["one key that decides the law"]);
+    contains_all(&error.to_string(), &["one key of `law_file` and `law`"]);
 }

@@ -35,10 +35,7 @@ fn val_energy_a_body_against_a_wall() {
 /// An eighth of the time between samples takes most of 8^6 off the error, with each force that can act on a site beside the contact.
 #[test]
 fn val_convergence_peaks_of_sixth_order() {
-    let wave = Waveform::HalfSine {
-        amplitude: 2.0,
-        duration: 3.0,
-    };
+    let wave = Waveform::half_sine(2.0, 3.0);
     let lossy = losses([0.02, 0.01, 0.03]);
     let none = Losses::default();
     let fixed = fixed(2.0);

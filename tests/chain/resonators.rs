@@ -202,7 +202,7 @@ fn scenes_say_what_is_wrong_with_resonators() {
         ("resonator_mass = 0.5", "`resonator_stiffness`"),
         (
             "resonator_mass = 0.5\nresonator_stiffness = 1.0\nresonator_frequency = 1.0",
-            "one key that decides the springs of resonators",
+            "which decide the same",
         ),
         (
             "resonator_mass = [0.5, -1.0]\nresonator_stiffness = 1.0",
@@ -218,7 +218,7 @@ fn scenes_say_what_is_wrong_with_resonators() {
         ),
         (
             "resonator_mass = \"heavy\"\nresonator_stiffness = 1.0",
-            "a number or a list of numbers",
+            "a list",
         ),
         (
             "resonator_mass = 0.5\nresonator_stiffness = 1.0\nscheme = \"nystrom\"",

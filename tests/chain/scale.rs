@@ -34,10 +34,7 @@ fn val_superposition_a_tiny_speed_beside_large_displacements() {
 /// together, at the tolerance of the largest speed.
 #[test]
 fn val_momentum_of_a_slow_push() {
-    let wave = Waveform::HalfSine {
-        amplitude: 1e-3,
-        duration: 1e6,
-    };
+    let wave = Waveform::half_sine(1e-3, 1e6);
     let mut chain = Chain::dimer(20, 1.0);
     chain.ends = Ends::Free;
     chain.coefficient.pop();

@@ -105,13 +105,7 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         "record",
         "`energy_passed`",
     ),
-    (
-        GOOD,
-        "material = 'unobtainium'",
-        3,
-        "material",
-        "quartz, steel or ptfe",
-    ),
+    (GOOD, "material = 'unobtainium'", 3, "material", "`quartz`"),
     (
         SI,
         "striker_radius = 0.01\nstriker_material = 'glass'",
@@ -133,6 +127,81 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         3,
         "mass_taper",
         "finite",
+    ),
+    // Words that are nearly right, and those of other programs.
+    (GOOD, "law = 'hertzz'", 3, "law", "(`hertz`?), or a formula"),
+    (GOOD, "law = 'two-sided herz'", 3, "law", "`toda`"),
+    (GOOD, "law = 'sprng alpha=1'", 3, "law", "(`spring`?)"),
+    (GOOD, "law = 'k * d'", 3, "law", "a constant"),
+    (
+        GOOD,
+        "laws = ['hertz', 'todda 1']",
+        3,
+        "laws[1]",
+        "(`toda`?)",
+    ),
+    (
+        GOOD,
+        "law = 'toda 1'\nground_cell = 1\nground_law = 'linaer'",
+        5,
+        "ground_law",
+        "`polynomial`",
+    ),
+    (
+        GOOD,
+        "[[defect]]\ncontact = 1\nlaw = 'herz'",
+        5,
+        "defect[0].law",
+        "(`hertz`?)",
+    ),
+    (GOOD, "ends = 'perodic'", 3, "ends", "(`periodic`?)"),
+    (GOOD, "units = 'SI'", 3, "units", "(`si`?)"),
+    (GOOD, "record = ['forse']", 3, "record[0]", "(`force`?)"),
+    (GOOD, "material = 'stell'", 3, "material", "(`steel`?)"),
+    (
+        GOOD,
+        "[[defect]]\nsitee = 1",
+        4,
+        "defect[0].sitee",
+        "(`site`?)",
+    ),
+    (GOOD, "dt = 0.1", 3, "dt", "`step`"),
+    (GOOD, "Temperature = 0.1", 3, "Temperature", "not modelled"),
+    // Cells that do not fit.
+    (
+        GOOD,
+        "ground_cell = [1, 2, 3, 4, 5, 6, 7, 8, 9]",
+        3,
+        "ground_cell",
+        "at most 8 values",
+    ),
+    (
+        GOOD,
+        "laws = ['d', 'd', 'd', 'd', 'd', 'd', 'd', 'd', 'd']",
+        3,
+        "laws",
+        "one a contact",
+    ),
+    (
+        GOOD,
+        "ends = 'periodic'\nlaws = ['hertz', 'hertz', 'd']",
+        4,
+        "laws",
+        "the 8 sites",
+    ),
+    (
+        "sites = 7\nends = 'periodic'\nend_time = 1\n",
+        "mass_ratio = 2",
+        4,
+        "mass_ratio",
+        "the 7 sites",
+    ),
+    (
+        "sites = 7\nends = 'periodic'\nend_time = 1\n",
+        "stiffness_ratio = 2",
+        4,
+        "stiffness_ratio",
+        "the 7 sites",
     ),
     // Of another type.
     ("sites = 8.5", "", 1, "sites", "a whole number"),
@@ -228,7 +297,6 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         "runge-kutta",
     ),
     (GOOD, "angle = 30", 3, "angle", "`material`"),
-    (GOOD, "radius = 30", 3, "radius", "`material`"),
     (
         GOOD,
         "first_contact = 'stiff'",
@@ -237,7 +305,6 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         "`stiffness_ratio`",
     ),
     (GOOD, "exponent = 2.0", 3, "exponent", "power"),
-    (GOOD, "alpha = 0.25", 3, "alpha", "spring"),
     (GOOD, "seed = 4", 3, "seed", "spread"),
     (
         GOOD,
@@ -269,13 +336,12 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         "drive",
         "fixed",
     ),
-    (GOOD, "drive = 'wall'", 3, "drive", "fixed"),
     (
         GOOD,
         "ends = 'fixed'\ndrive = 'wall'\ndrive_site = 2",
         5,
         "drive_site",
-        "which are of a body",
+        "`displacement`",
     ),
     (
         GOOD,
@@ -360,13 +426,6 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
     ),
     (
         GOOD,
-        "stiffness_ratio = nan",
-        3,
-        "stiffness_ratio",
-        "1 or more",
-    ),
-    (
-        GOOD,
         "stiffness_ratio = inf",
         3,
         "stiffness_ratio",
@@ -393,7 +452,6 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         "mass_cell[1]",
         "above 0",
     ),
-    (GOOD, "mass_cell = []", 3, "mass_cell", "empty"),
     (GOOD, "masses = [1, 2]", 3, "masses", "8 values"),
     (
         GOOD,
@@ -403,8 +461,6 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         "above 0",
     ),
     (GOOD, "mass_spread = 1.0", 3, "mass_spread", "below 1"),
-    (GOOD, "mass_taper = 0.0", 3, "mass_taper", "above 0"),
-    (GOOD, "striker_mass = -1", 3, "striker_mass", "above 0"),
     (
         GOOD,
         "precompression = -1",
@@ -412,11 +468,8 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         "precompression",
         "0 or more",
     ),
-    (GOOD, "drag = -1", 3, "drag", "0 or more"),
     (GOOD, "tolerance = 2.0", 3, "tolerance", "below 1"),
-    (GOOD, "step = 0", 3, "step", "above 0"),
     (GOOD, "samples = 1", 3, "samples", "2 or more"),
-    ("sites = 8\nend_time = -1", "", 2, "end_time", "above 0"),
     (
         GOOD,
         "striker_velocity = 0",
@@ -454,16 +507,9 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         "defect[0].factor",
         "above 0",
     ),
-    (
-        SI,
-        "second_angle = 0",
-        7,
-        "second_angle",
-        "touch along a line",
-    ),
+    (SI, "second_angle = 0", 7, "second_angle", "above 0"),
     (SI, "poisson = 0.9", 7, "poisson", "0.5"),
     (SI, "young = '-1 GPa'", 7, "young", "above 0"),
-    (SI, "striker_radius = -0.1", 7, "striker_radius", "above 0"),
     // Found only by running.
     (
         GOOD,
@@ -548,7 +594,7 @@ fn a_fault_of_an_option_is_named_by_the_option() {
     for (words, expected) in [
         (
             &["--stiffness-ratio", "0.5"][..],
-            "--stiffness-ratio: expected a finite ratio",
+            "--stiffness-ratio: expected a finite number of 1 or more",
         ),
         (&["--sites", "x"], "--sites: expected a whole number"),
         (
@@ -570,7 +616,7 @@ fn a_fault_of_an_option_is_named_by_the_option() {
                 "--tolerance",
                 "1e-3",
             ],
-            "--tolerance: ",
+            "--step: ",
         ),
     ] {
         let mut all = vec!["scene.toml", "--end-time", "3"];

@@ -186,12 +186,12 @@ fn val_definition_faults_of_states() {
         (
             "five.csv",
             "",
-            "/scene.toml:3: velocities: expected 6 values, one a site, found 5",
+            "/scene.toml:3: velocities: expected 6 values, one a site, found 5 values",
         ),
         (
             "five.csv",
             "velocities = [0.0]",
-            "/scene.toml:3: state: expected one key that decides the initial state, found it beside `velocities` (line 4) in /five.csv",
+            "/scene.toml:3: state: expected one key of `state` and `velocities`, which decide the same, found it beside `velocities` (line 4)",
         ),
     ] {
         assert_eq!(fault(name, keys), expected);

@@ -408,6 +408,6 @@ fn val_numpy_ensembles() {
     assert!(!swept.pictures().is_empty());
     let still = SceneSource::new(None, SCENE);
     let error = Sweep::new(still, &["seed=0:3".to_owned()]).unwrap_err();
-    let expected = "values of seed: expected it only beside what it decides: `mass_spread`";
+    let expected = "values of seed: expected it only beside `mass_spread`";
     assert!(error.to_string().contains(expected), "{error}");
 }

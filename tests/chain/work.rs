@@ -130,10 +130,13 @@ fn regress_steps_are_estimated_to_a_factor_of_ten() {
         "sites = 25\nlaw = \"power\"\nexponent = 1.899\nstiffness_ratio = 7.307\ndrag = 14.99\ntolerance = 1e-10\n\
          end_time = 30.14",
         "sites = 18\ntolerance = 1e-9\nend_time = 20",
+        "sites = 10\nwall_coefficient = 1e2\nend_time = 20",
+        "sites = 10\nlaw = \"spring\"\nstiffness_ratio = 1e4\nend_time = 20",
+        "sites = 30",
     ] {
         let scene = format!("{scene}\nsamples = 17");
         let simulation = SceneSource::new(None, &scene).setup().unwrap().simulation;
-        let estimated = simulation.work().steps;
+        let estimated = simulation.work().steps.unwrap();
         let cost = simulation.run(&Silent).unwrap().report.cost;
         let found = (cost.steps + cost.rejected_steps) as f64;
         println!("{estimated:.3e} for {found:.3e}");
@@ -141,5 +144,15 @@ fn regress_steps_are_estimated_to_a_factor_of_ten() {
             (0.1..10.0).contains(&(estimated / found)),
             "{scene}: {estimated:e} {found:e}"
         );
+    }
+}
+
+/// How long a wall that is much stiffer than the other contacts is pressed is not known before.
+#[test]
+fn regress_steps_are_not_told_of_a_wall_that_is_much_stiffer() {
+    for stiff in ["1e8", "9.2e18"] {
+        let scene = format!("sites = 10\nend_time = 1e4\nwall_coefficient = {stiff}");
+        let setup = SceneSource::new(None, scene).setup().unwrap();
+        assert_eq!(setup.simulation.work().steps, None);
     }
 }

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array1, Array2};
-use wavecascade::chain::Run;
-use wavecascade::chain::scene::SceneSource;
+use wavecascade::chain::scene::{SceneSource, Setup};
+use wavecascade::chain::{Ends, Law, Run};
 use wavecascade::field::{OpenOptions, Quantity};
 use wavecascade::observer::Silent;
 use wavecascade::report::RunFile;
@@ -190,40 +191,92 @@ fn nothing_is_overwritten_unasked_and_nothing_but_a_run_ever() {
     place.refuses(1, &short("--out notes.npz/run.npz"));
 }
 
+/// A run is written with its own scene alone.
 #[test]
-fn run_files_that_are_not_what_they_say_are_refused() {
+fn regress_runs_of_other_scenes_are_not_written() {
     let place = Place::new();
     place.says(&short("--out run.npz"));
     let good = RunFile::read(&place.path("run.npz")).unwrap();
-    let refused = |change: &dyn Fn(&mut Run), scene: Option<&str>, expected: &str| {
+    let path = place.path("changed.npz");
+    let write = |change: &dyn Fn(&mut Run, &mut Setup)| {
         let (mut run, mut setup) = (good.run.clone(), good.setup.clone());
-        change(&mut run);
-        setup.text = scene.unwrap_or(&setup.text).into();
-        let path = place.path("changed.npz");
-        RunFile::write(&path, false, &setup, &run, &Silent).unwrap();
-        contains_all(&RunFile::read(&path).unwrap_err().to_string(), &[expected]);
-        fs::remove_file(path).unwrap();
+        change(&mut run, &mut setup);
+        RunFile::write(&path, false, &setup, &run, &Silent)
     };
-    // A shorter record than the scene states.
+    let refused = |change: &dyn Fn(&mut Run, &mut Setup), expected: &str| {
+        contains_all(&write(change).unwrap_err().to_string(), &[expected]);
+    };
+    let shorter = |run: &mut Run| run.time = run.time.slice(ndarray::s![..60]).to_owned();
+    refused(&|run, _| shorter(run), "60 samples in place of 64");
     refused(
-        &|run| run.time = run.time.slice(ndarray::s![..60]).to_owned(),
-        None,
-        "\"time\": expected shape (64), found (60)",
+        &|run, _| run.chain.mass[3] = 1.5,
+        "masses[3] = 1.5 in place of 1",
     );
-    // Another mass than the scene's.
     refused(
-        &|run| run.chain.mass[3] = 1.5,
-        None,
-        "another mass at index 3",
+        &|run, _| run.chain.mass.push(1.0),
+        "13 masses in place of 12",
     );
-    // Another scene.
-    let scene = "sites = 12\nend_time = 9\nsamples = 64\nlaw = 'square'";
-    refused(&|_| {}, Some(scene), "changed.npz:4: law: expected");
+    let own = |run: &mut Run| run.chain.law = Law::toda(2.0).into();
+    refused(
+        &|run, _| own(run),
+        "the law `toda 2` of contact 0 in place of `hertz`",
+    );
+    refused(
+        &|run, _| run.chain.precompression = 1.0,
+        "other precompression",
+    );
+    refused(&|run, _| run.chain.ends = Ends::Periodic, "other ends");
+    let text = "sites = 12\nend_time = 9\nsamples = 64\nlaw = 'square'";
+    refused(&|_, setup| setup.text = text.into(), "law: expected");
     // An array that the scene records is not there.
-    refused(&|run| run.force = None, None, "\"force\" is not there");
+    write(&|run, _| run.force = None).unwrap();
+    let error = RunFile::read(&path).unwrap_err().to_string();
+    contains_all(&error, &["\"force\" is not there"]);
     // A field of another origin.
     let field = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/data/lattice_impact.npy");
     assert!(RunFile::read(&field).is_err());
+}
+
+/// Arrays that were changed after the run was written are found, whoever wrote the file anew.
+#[test]
+fn regress_changed_arrays_of_runs_are_refused() {
+    let place = Place::new();
+    place.says(&short("--out run.npz"));
+    for changed in ["velocity.npy", "displacement.npy", "nothing"] {
+        let mut from =
+            zip::ZipArchive::new(fs::File::open(place.path("run.npz")).unwrap()).unwrap();
+        let mut to = zip::ZipWriter::new(fs::File::create(place.path("changed.npz")).unwrap());
+        for i in 0..from.len() {
+            let mut member = from.by_index(i).unwrap();
+            let name = member.name().unwrap().into_owned();
+            let mut bytes = Vec::new();
+            member.read_to_end(&mut bytes).unwrap();
+            if name == changed {
+                let header = 10 + usize::from(bytes[8]) + 256 * usize::from(bytes[9]);
+                bytes[header..].fill(0);
+            }
+            to.start_file(name, zip::write::SimpleFileOptions::default())
+                .unwrap();
+            to.write_all(&bytes).unwrap();
+        }
+        to.finish().unwrap();
+        if changed == "nothing" {
+            RunFile::read(&place.path("changed.npz")).unwrap();
+            continue;
+        }
+        place.write(
+            "next.toml",
+            "sites = 12\nend_time = 1\nstate = 'changed.npz'\n",
+        );
+        for command in [
+            "budget changed.npz",
+            "simulate next.toml --out next.npz --force",
+        ] {
+            let said = place.refuses(1, command);
+            let what = changed.trim_end_matches(".npy");
+            contains_all(&said, &["changed.npz", what, "cascade simulate"]);
+        }
+    }
 }
 
 #[test]

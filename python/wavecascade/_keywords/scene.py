@@ -23,7 +23,7 @@ class SceneKeys(TypedDict, total=False):
     steepness: float
     precompression: Measure
     gravity: float
-    ground_cell: Sequence[float]
+    ground_cell: float | Sequence[float]
     ground_law: str
     resonator_mass: float | Sequence[float]
     resonator_frequency: float | Sequence[float]
@@ -31,7 +31,7 @@ class SceneKeys(TypedDict, total=False):
     resonator_damping: float | Sequence[float]
     stiffness_ratio: float
     first_contact: Literal["soft", "stiff"]
-    coefficient_cell: Sequence[float]
+    coefficient_cell: float | Sequence[float]
     coefficients: Sequence[float]
     coefficient_taper: float
     coefficient_spread: float
@@ -39,7 +39,7 @@ class SceneKeys(TypedDict, total=False):
     wall_coefficient: float
     left_wall_coefficient: float
     mass_ratio: float
-    mass_cell: Sequence[float]
+    mass_cell: float | Sequence[float]
     masses: Sequence[float]
     mass_taper: float
     mass_spread: float
@@ -47,7 +47,7 @@ class SceneKeys(TypedDict, total=False):
     seed: int
     defect: Sequence[Mapping[str, object]]
     units: Literal["none", "si"]
-    material: str
+    material: Literal["quartz", "steel", "ptfe"]
     young: Measure
     poisson: float
     density: Measure
@@ -56,12 +56,12 @@ class SceneKeys(TypedDict, total=False):
     length: Measure
     angle: Measure
     second_angle: Measure
-    angle_cell: Sequence[float]
+    angle_cell: float | Sequence[float]
     ellipse: Literal["exact", "approximate"]
     striker_radius: Measure
-    striker_material: str
+    striker_material: Literal["quartz", "steel", "ptfe"]
     wall_radius: Measure
-    wall_material: str
+    wall_material: Literal["quartz", "steel", "ptfe"]
     striker_velocity: Measure
     striker_velocity_spread: float
     velocities: Sequence[float]

@@ -165,6 +165,9 @@ fn of_input(fault: &InputFault) -> Option<String> {
         NoRun { .. } | RunShape { .. } | RunScene { .. } | RunReport { .. } => {
             "make it anew with `cascade simulate`"
         }
+        RunChanged { .. } => {
+            "make it anew with `cascade simulate`; other velocities are a field, to be saved as an `.npy` of its own"
+        }
         SampleType { .. } => "convert it: `numpy.save(path, array.astype(float))`",
         Dimensions { shape } if shape.is_empty() => "save an array (time, site), not one number",
         Dimensions { .. } => "save one component: an array (time, site)",

@@ -168,9 +168,9 @@ fn run_lines(lines: &mut Lines, d: &Description) {
         "step" => "as `step` states".to_owned(),
         loss => format!("as short as `{loss}` needs them"),
     };
-    let at_most = if d.end_time.is_none() { "at most " } else { "" };
-    let steps = format!("{at_most}about {:.1e} steps, {limit}", d.work.steps);
-    lines.line("work", &steps);
+    if let Some(steps) = d.work.steps {
+        lines.line("work", &format!("about {steps:.1e} steps, {limit}"));
+    }
 }
 
 /// A number with enough digits to distinguish chains.

@@ -2,7 +2,8 @@
 
 use super::Law;
 use crate::chain::lattice::refuse;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, nearest_key, one_of_words};
+use crate::formula::is_free;
 
 /// A law from what follows its word; `None` where that is not of the form of the example.
 type Typed = fn(&str) -> Result<Option<Law>>;
@@ -57,7 +58,14 @@ impl Law {
         }
         let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
         let Some((_, example, law)) = WORDS.iter().find(|(known, ..)| *known == word) else {
-            return Law::expression(text);
+            return Law::expression(text).map_err(|error| match is_meant(word, rest) {
+                true => {
+                    let words = one_of_words(word, &WORDS.map(|(known, ..)| known));
+                    let expected = format!("{words}, or a formula of the overlap `d`");
+                    refuse("law", &expected, format!("`{word}`"))
+                }
+                false => error,
+            });
         };
         let expected = || format!("`{word}` as in `{example}`");
         law(rest)?.ok_or_else(|| refuse("law", &expected(), format!("`{text}`")))
@@ -88,6 +96,16 @@ fn table(rest: &str) -> Option<(Vec<f64>, Vec<f64>)> {
         _ => None,
     };
     rest.split(',').map(row).collect()
+}
+
+/// Whether a word that begins no law stands for one: where it is nearly the word of one, or what follows does not go on with a
+/// formula.
+fn is_meant(word: &str, rest: &str) -> bool {
+    let is_near = nearest_key(word, WORDS.map(|(known, ..)| known)).is_some();
+    let goes_on = rest
+        .trim_start()
+        .starts_with(['+', '-', '*', '/', '^', '(', ';']);
+    is_free(word) && (is_near || !goes_on)
 }
 
 /// `alpha=A beta=B`, either of which may be absent.

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::check::Check;
-use super::{Scene, Shape};
+use super::{MaterialTyped, Scene, Shape};
 use crate::chain::contact::{HertzContact, Material, Surface};
 use crate::error::Result;
 
@@ -20,19 +20,12 @@ impl<'a> Bodies<'a> {
     /// The bodies of a scene with a material.
     pub(super) fn new(check: Check<'a>) -> Result<Bodies<'a>> {
         let scene = check.scene;
-        let material = material(check)?;
-        let shape = scene.shape.unwrap_or_default();
-        if shape == Shape::Sphere {
-            let keys = ["length", "angle", "second_angle", "angle_cell"];
-            check.only_with(&keys, false, "`shape = \"cylinder\"`")?;
-        }
-        let expected = "the radius of the bodies";
-        let radius = check.need("radius", scene.radius, expected)?.value;
+        let radius = check.need("radius", scene.radius, "the radius of the bodies")?;
         Ok(Bodies {
             check,
-            material,
-            shape,
-            radius: check.positive("radius", radius)?,
+            material: material(check)?,
+            shape: scene.shape.unwrap_or_default(),
+            radius: radius.value,
         })
     }
 
@@ -53,8 +46,7 @@ impl<'a> Bodies<'a> {
             Shape::Cylinder => {
                 let expected = "the length of the cylinders, or their masses";
                 let length = self.check.need("length", self.scene().length, expected)?;
-                let length = self.check.positive("length", length.value)?;
-                Ok(PI * r * r * length * density)
+                Ok(PI * r * r * length.value * density)
             }
         }
     }
@@ -67,19 +59,15 @@ impl<'a> Bodies<'a> {
 
     /// Mass and coefficient of the spherical striker, if it is one.
     pub(super) fn striker(&self) -> Result<Option<(f64, f64)>> {
-        let scene = self.scene();
-        let typed = scene.striker_radius.is_some();
-        self.check
-            .only_with(&["striker_material"], typed, "`striker_radius`")?;
-        let Some(radius) = scene.striker_radius else {
+        let Some(radius) = self.scene().striker_radius else {
             return Ok(None);
         };
-        let radius = self.check.positive("striker_radius", radius.value)?;
-        let material = self.other_material("striker_material", &scene.striker_material)?;
-        let sphere = Surface::sphere(radius, material);
+        let material = self.or_other(self.scene().striker_material);
+        let sphere = Surface::sphere(radius.value, material);
         // A sphere looks the same from all sides.
         let coefficient = self.contact("striker_radius", &sphere, &self.surface(), 90.0)?;
-        Ok(Some((sphere_mass(radius, material.density), coefficient)))
+        let mass = sphere_mass(radius.value, material.density);
+        Ok(Some((mass, coefficient)))
     }
 
     /// Coefficient of the contact with the wall, if anything is typed about it.
@@ -88,11 +76,9 @@ impl<'a> Bodies<'a> {
         if scene.wall_radius.is_none() && scene.wall_material.is_none() {
             return Ok(None);
         }
-        let material = self.other_material("wall_material", &scene.wall_material)?;
+        let material = self.or_other(scene.wall_material);
         let surface = match scene.wall_radius {
-            Some(radius) => {
-                Surface::sphere(self.check.positive("wall_radius", radius.value)?, material)
-            }
+            Some(radius) => Surface::sphere(radius.value, material),
             None if self.shape == Shape::Cylinder => {
                 let expected = "the radius by which the wall touches a cylinder in a point";
                 return Err(self.check.fault("wall_radius", expected, "nothing"));
@@ -126,11 +112,8 @@ impl<'a> Bodies<'a> {
         Ok(contact.coefficient)
     }
 
-    fn other_material(&self, key: &str, name: &Option<String>) -> Result<Material> {
-        match name {
-            Some(name) => named_material(self.check, key, name),
-            None => Ok(self.material),
-        }
+    fn or_other(&self, named: Option<MaterialTyped>) -> Material {
+        named.map_or(self.material, MaterialTyped::material)
     }
 }
 
@@ -138,35 +121,19 @@ fn sphere_mass(radius: f64, density: f64) -> f64 {
     4.0 / 3.0 * PI * radius * radius * radius * density
 }
 
-fn named_material(check: Check, key: &str, name: &str) -> Result<Material> {
-    Material::named(name).ok_or_else(|| {
-        let expected = match key {
-            "material" => "quartz, steel or ptfe, or `young`, `poisson` and `density` in its place",
-            _ => "quartz, steel or ptfe",
-        };
-        check.fault(key, expected, format!("{name:?}"))
-    })
-}
-
 /// The named material with the typed values overriding its own.
 fn material(check: Check) -> Result<Material> {
     let scene = check.scene;
-    let named = match &scene.material {
-        Some(name) => Some(named_material(check, "material", name)?),
-        None => None,
-    };
+    let named = scene.material.map(MaterialTyped::material);
     let either = |key: &str, typed: Option<f64>, named: Option<f64>| {
         check.need(key, typed.or(named), "it beside `young`, or a `material`")
     };
-    let young = scene.young.map(|young| young.value);
-    let density = scene.density.map(|density| density.value);
+    let [young, density] = [scene.young.map(|m| m.value), scene.density.map(|m| m.value)];
     let material = Material {
         young: either("young", young, named.map(|m| m.young))?,
         poisson: either("poisson", scene.poisson, named.map(|m| m.poisson))?,
         density: either("density", density, named.map(|m| m.density))?,
     };
-    check.positive("young", material.young)?;
-    check.positive("density", material.density)?;
     if !(material.poisson > -1.0 && material.poisson <= 0.5) {
         let expected = "Poisson's ratio above -1, at most 0.5";
         return Err(check.fault("poisson", expected, material.poisson));

@@ -1,11 +1,82 @@
-//! Shared by all checks of a scene: the scene, the places of its keys, and the construction of
-//! faults.
+//! The rules that keys declare, checked for all of them; shared by what else is checked: the scene, the places of its keys.
 
 use std::fmt::Display;
 
+use toml::{Table, Value};
+
 use super::places::Places;
-use super::{Scene, Units};
-use crate::error::{Error, Result, SceneFault};
+use super::properties::{Kind, Property, properties, property};
+use super::{EndsTyped, Scene, Units};
+use crate::error::{Error, Result, listed};
+
+/// Keys of which one makes the bodies of an SI scene.
+const MATERIAL: [&str; 2] = ["material", "young"];
+
+/// The units of a scene.
+pub(super) fn units(table: &Table) -> Units {
+    match table.get("units").and_then(Value::as_str) {
+        Some("si") => Units::Si,
+        None if MATERIAL.iter().any(|key| table.contains_key(*key)) => Units::Si,
+        _ => Units::None,
+    }
+}
+
+/// That the typed keys go together.
+pub(super) fn keys(table: &Table, places: &Places) -> Result<()> {
+    let is_typed = |key: &&String| table.contains_key(*key);
+    if units(table) == Units::None && MATERIAL.iter().any(|key| table.contains_key(*key)) {
+        let found = "none, though the scene has a material";
+        return Err(places.fault("units", "si", found));
+    }
+    for property in properties().iter().filter(|of| is_typed(&&of.name)) {
+        let key = &property.name;
+        if let Some(other) = property.excludes.iter().find(is_typed) {
+            let expected = format!("one key of `{key}` and `{other}`, which decide the same");
+            let found = format!("it beside {}", places.mention(other));
+            return Err(places.fault(key, expected, found));
+        }
+        if !(property.beside.is_empty() || property.beside.iter().any(|key| is_typed(&key))) {
+            let expected = format!("it only beside {}", listed(&property.beside));
+            return Err(places.fault(key, expected, "it alone"));
+        }
+        for (other, words) in &property.only_where {
+            let word = word_of(other, table);
+            if !words.iter().any(|allowed| allowed == word) {
+                let expected = format!("it only beside `{other}` {}", listed(words));
+                return Err(places.fault(key, expected, format!("`{word}`")));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// That numbers have no units where the scene has none.
+pub(super) fn texts(table: &Table, places: &Places) -> Result<()> {
+    for property in properties().iter().filter(|of| of.name != "memory") {
+        let typed = table.get(&property.name).and_then(Value::as_str);
+        if let (Kind::Measure { words, .. }, Some(text)) = (&property.kind, typed)
+            && units(table) == Units::None
+            && !words.iter().any(|word| word == text)
+        {
+            let expected = "a number alone, since the scene is not in SI";
+            return Err(places.fault(&property.name, expected, "a unit"));
+        }
+    }
+    Ok(())
+}
+
+/// The word that is typed of a key, or holds by default.
+fn word_of<'t>(key: &str, table: &'t Table) -> &'t str {
+    let typed = table.get(key).and_then(Value::as_str);
+    let default = || property(key)?.default.as_ref()?.as_str();
+    let has_values = ["drive_file", "drive_times", "drive_values"]
+        .iter()
+        .any(|key| table.contains_key(*key));
+    typed.or_else(default).unwrap_or(match has_values {
+        true => "values",
+        false => "sine",
+    })
+}
 
 /// A scene while it is worked out.
 #[derive(Clone, Copy)]
@@ -15,48 +86,15 @@ pub(super) struct Check<'a> {
     pub(super) units: Units,
 }
 
-/// Keys of the geometry, which have no effect without a material.
-const NEED_MATERIAL: [&str; 13] = [
-    "poisson",
-    "density",
-    "shape",
-    "radius",
-    "length",
-    "angle",
-    "second_angle",
-    "angle_cell",
-    "ellipse",
-    "striker_radius",
-    "striker_material",
-    "wall_radius",
-    "wall_material",
-];
-
 impl<'a> Check<'a> {
-    /// Settles the units, by which everything else is read.
-    pub(super) fn new(scene: &'a Scene, places: &'a Places) -> Result<Check<'a>> {
+    pub(super) fn new(scene: &'a Scene, places: &'a Places) -> Check<'a> {
         let has_material = scene.material.is_some() || scene.young.is_some();
-        let units = match (scene.units, has_material) {
-            (Some(units), _) => units,
-            (None, true) => Units::Si,
-            (None, false) => Units::None,
-        };
-        let check = Check {
+        let by_material = if has_material { Units::Si } else { Units::None };
+        Check {
             scene,
             places,
-            units,
-        };
-        if units == Units::None && has_material {
-            let found = "none, though the scene has a material";
-            return Err(check.fault("units", "si", found));
+            units: scene.units.unwrap_or(by_material),
         }
-        if !has_material {
-            check.only_with(&NEED_MATERIAL, false, "`material`")?;
-        }
-        if units == Units::None {
-            check.no_unit_texts()?;
-        }
-        Ok(check)
     }
 
     pub(super) fn has_material(&self) -> bool {
@@ -69,7 +107,7 @@ impl<'a> Check<'a> {
         expected: impl Into<String>,
         found: impl Display,
     ) -> Error {
-        Error::scene(SceneFault::new(self.places.of(key), key, expected, found))
+        self.places.fault(key, expected, found)
     }
 
     /// The value of a key that must be there.
@@ -77,61 +115,12 @@ impl<'a> Check<'a> {
         value.ok_or_else(|| self.fault(key, expected, "nothing"))
     }
 
+    /// A number that is made of others, or one of a table.
     pub(super) fn positive(&self, key: &str, value: f64) -> Result<f64> {
         if value > 0.0 && value.is_finite() {
             return Ok(value);
         }
         Err(self.fault(key, "a finite number above 0", value))
-    }
-
-    pub(super) fn not_negative(&self, key: &str, value: f64) -> Result<f64> {
-        if value >= 0.0 && value.is_finite() {
-            return Ok(value);
-        }
-        Err(self.fault(key, "a finite number of 0 or more", value))
-    }
-
-    pub(super) fn finite(&self, key: &str, value: f64) -> Result<f64> {
-        if value.is_finite() {
-            return Ok(value);
-        }
-        Err(self.fault(key, "a finite number", value))
-    }
-
-    /// All of a list, each item named where it is at fault.
-    pub(super) fn all_positive(&self, key: &str, values: &[f64]) -> Result<()> {
-        let each = values.iter().enumerate();
-        each.map(|(i, &value)| self.positive(&format!("{key}[{i}]"), value))
-            .try_for_each(|checked| checked.map(|_| ()))
-    }
-
-    /// A list as long as the chain, of finite numbers.
-    pub(super) fn length(&self, key: &str, values: &[f64], n: usize, of: &str) -> Result<()> {
-        if values.len() != n {
-            return Err(self.fault(key, format!("{n} values, one a {of}"), values.len()));
-        }
-        Ok(())
-    }
-
-    /// Rejects keys that have no effect because their condition does not hold.
-    pub(super) fn only_with(&self, keys: &[&str], holds: bool, with: &str) -> Result<()> {
-        match keys.iter().find(|key| !holds && self.places.has(key)) {
-            Some(key) => Err(self.fault(key, format!("it only beside {with}"), "it alone")),
-            None => Ok(()),
-        }
-    }
-
-    /// Refuses two keys that both decide the same; the first one typed of `keys`, if any.
-    pub(super) fn one_of(&self, keys: &[&'static str], what: &str) -> Result<Option<&'static str>> {
-        let mut typed = keys.iter().copied().filter(|key| self.places.has(key));
-        match (typed.next(), typed.next()) {
-            (Some(first), Some(second)) => Err(self.fault(
-                second,
-                format!("one key that decides {what}"),
-                format!("it beside {}", self.places.mention(first)),
-            )),
-            (first, _) => Ok(first),
-        }
     }
 
     /// A fault that the library found in a value, under the key it was typed with.
@@ -150,35 +139,69 @@ impl<'a> Check<'a> {
         }
     }
 
-    fn no_unit_texts(&self) -> Result<()> {
-        let s = self.scene;
-        let typed = [
-            ("precompression", s.precompression.map(|m| m.has_unit)),
-            ("striker_mass", s.striker_mass.map(|m| m.has_unit)),
-            ("striker_velocity", s.striker_velocity.map(|m| m.has_unit)),
-            ("mode_amplitude", s.mode_amplitude.map(|m| m.has_unit)),
-            ("drive_frequency", s.drive_frequency.map(|m| m.has_unit)),
-            (
-                "drive_end_frequency",
-                s.drive_end_frequency.map(|m| m.has_unit),
-            ),
-            ("drive_duration", s.drive_duration.map(|m| m.has_unit)),
-            ("tangent", s.tangent.map(|m| m.has_unit)),
-            ("step", s.step.map(|m| m.has_unit)),
-            (
-                "end_time",
-                match s.end_time {
-                    Some(super::EndTimeTyped::At(time)) => Some(time.has_unit),
-                    _ => None,
-                },
-            ),
-        ];
-        match typed.iter().find(|(_, has_unit)| *has_unit == Some(true)) {
-            Some((key, _)) => {
-                let expected = "a number alone, since the scene is not in SI";
-                Err(self.fault(key, expected, "a unit"))
+    /// The number of contacts.
+    pub(super) fn contacts(&self, sites: usize) -> usize {
+        match self.scene.ends.unwrap_or_default() {
+            EndsTyped::Free => sites - 1,
+            _ => sites,
+        }
+    }
+
+    /// That all numbers are within their bounds, and that lists are as long as the chain, or cells of it.
+    pub(super) fn values(&self, sites: usize) -> Result<()> {
+        let values = Table::try_from(self.scene);
+        let values = values.map_err(|error| self.fault("", "values that TOML can hold", error))?;
+        for property in properties() {
+            let key = &property.name;
+            let check = |key: &str, value: &Value| {
+                let number = value
+                    .as_float()
+                    .or(value.as_integer().map(|whole| whole as f64));
+                match number.filter(|number| !property.allows(*number)) {
+                    Some(number) => Err(self.fault(key, property.bounds(), number)),
+                    None => Ok(()),
+                }
+            };
+            match values.get(key) {
+                Some(Value::Array(list)) => {
+                    self.list(property, list.len(), sites)?;
+                    let mut each = list.iter().enumerate();
+                    each.try_for_each(|(i, value)| check(&format!("{key}[{i}]"), value))?;
+                }
+                Some(value) => check(key, value)?,
+                None => {}
+            }
+        }
+        // A ratio is a cell of two.
+        let is_odd = sites % 2 == 1 && self.scene.ends == Some(EndsTyped::Periodic);
+        let pairs = ["stiffness_ratio", "second_angle", "mass_ratio"];
+        match pairs.iter().find(|key| is_odd && self.places.has(key)) {
+            Some(key) => {
+                let expected = format!("a cell that fits into the {sites} sites of the ring");
+                Err(self.fault(key, expected, "2 values"))
             }
             None => Ok(()),
         }
+    }
+
+    fn list(&self, property: &Property, number: usize, sites: usize) -> Result<()> {
+        let (key, Some(length)) = (&property.name, property.length) else {
+            return Ok(());
+        };
+        let (most, of) = match length.is_of_sites {
+            true => (sites, "site"),
+            false => (self.contacts(sites), "contact"),
+        };
+        let is_ring = self.scene.ends == Some(EndsTyped::Periodic);
+        let expected = match length.repeats {
+            false if number != most => format!("{most} values, one a {of}"),
+            true if number == 0 => "at least one value".into(),
+            true if number > most => format!("at most {most} values, one a {of}"),
+            true if is_ring && !most.is_multiple_of(number) => {
+                format!("a cell that fits into the {most} sites of the ring")
+            }
+            _ => return Ok(()),
+        };
+        Err(self.fault(key, expected, format!("{number} values")))
     }
 }

@@ -1,10 +1,9 @@
 //! The choices and compound values of a scene's fields, under the words that are typed.
 
-use std::fmt;
-
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
+use crate::chain::contact::Material;
 use crate::measure::{Measure, Time};
 
 /// The units of a scene and of its results.
@@ -40,6 +39,28 @@ pub enum FirstContact {
     #[default]
     Soft,
     Stiff,
+}
+
+/// A material of the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MaterialTyped {
+    /// Fused quartz.
+    Quartz,
+    /// Stainless steel 316.
+    Steel,
+    /// Polytetrafluoroethylene.
+    Ptfe,
+}
+
+impl MaterialTyped {
+    pub(super) fn material(self) -> Material {
+        match self {
+            MaterialTyped::Quartz => Material::QUARTZ,
+            MaterialTyped::Steel => Material::STEEL,
+            MaterialTyped::Ptfe => Material::PTFE,
+        }
+    }
 }
 
 /// The shape of the bodies.
@@ -135,35 +156,15 @@ impl Serialize for EndTimeTyped {
 
 impl<'de> Deserialize<'de> for EndTimeTyped {
     fn deserialize<T: Deserializer<'de>>(deserializer: T) -> Result<Self, T::Error> {
-        struct Visitor;
-
-        impl de::Visitor<'_> for Visitor {
-            type Value = EndTimeTyped;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str(
-                    "a time in s, a text of number and unit (s, ms, us, ns, min, h), or `auto`",
-                )
-            }
-
-            fn visit_i64<E: de::Error>(self, value: i64) -> Result<EndTimeTyped, E> {
-                self.visit_f64(value as f64)
-            }
-
-            fn visit_f64<E: de::Error>(self, value: f64) -> Result<EndTimeTyped, E> {
-                Ok(EndTimeTyped::At(Measure::new(value)))
-            }
-
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<EndTimeTyped, E> {
-                if text == "auto" {
-                    return Ok(EndTimeTyped::Auto);
-                }
-                let found = de::Unexpected::Str(text);
-                let time = Measure::parse(text).ok_or_else(|| E::invalid_value(found, &self))?;
-                Ok(EndTimeTyped::At(time))
-            }
+        let typed = toml::Value::deserialize(deserializer)?;
+        if typed.as_str() == Some("auto") {
+            return Ok(EndTimeTyped::Auto);
         }
-        deserializer.deserialize_any(Visitor)
+        let time = Measure::deserialize(typed).map_err(|error| {
+            let message = error.message().trim();
+            de::Error::custom(format!("{message}, or `auto`"))
+        })?;
+        Ok(EndTimeTyped::At(time))
     }
 }
 
@@ -178,11 +179,7 @@ impl JsonSchema for EndTimeTyped {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let mut schema = Measure::<Time>::json_schema(generator);
-        schema.ensure_object().extend(
-            json_schema!({ "x-words": ["auto"] })
-                .ensure_object()
-                .clone(),
-        );
+        schema.insert("x-words".into(), serde_json::json!(["auto"]));
         schema
     }
 }

@@ -89,6 +89,11 @@ impl Setup {
         } = chain.losses;
         let record = simulation.record;
         let resonators = chain.resonators().is_some();
+        let (tolerance, step) = match simulation.accuracy {
+            Accuracy::Tolerance(tolerance) => (Some(tolerance), None),
+            Accuracy::Step(step) => (None, Some(step)),
+            Accuracy::LocalError(_) => (None, None),
+        };
         let kept = [
             ("velocity", true),
             ("displacement", record.displacement),
@@ -99,6 +104,8 @@ impl Setup {
             ("resonator_velocity", resonators),
             ("resonator_displacement", resonators && record.displacement),
         ];
+        let kept = kept.into_iter();
+        let ground = chain.on_site.ground.as_ref();
         Description {
             units: self.units,
             sites: n,
@@ -123,33 +130,21 @@ impl Setup {
             drive: self.drive.clone(),
             precompression: chain.precompression,
             gravity: chain.on_site.gravity,
-            ground: chain
-                .on_site
-                .ground
-                .as_ref()
-                .and_then(|ground| Some((ground.law.text(), range(&ground.coefficient)?))),
+            ground: ground.and_then(|all| Some((all.law.text(), range(&all.coefficient)?))),
             resonators: chain.resonators().and_then(ResonatorsDescription::of),
             dashpot,
             tangent,
             drag,
             scheme: simulation.scheme,
-            tolerance: match simulation.accuracy {
-                Accuracy::Tolerance(tolerance) => Some(tolerance),
-                _ => None,
-            },
-            step: match simulation.accuracy {
-                Accuracy::Step(step) => Some(step),
-                _ => None,
-            },
+            tolerance,
+            step,
             end_time: match simulation.end_time {
                 EndTime::At(time) => Some(time),
                 EndTime::Arrival => None,
             },
             samples: simulation.samples,
             record: kept
-                .iter()
-                .filter(|(_, kept)| *kept)
-                .map(|(name, _)| *name)
+                .filter_map(|(name, kept)| kept.then_some(name))
                 .collect(),
             memory: simulation.bytes(),
             work: simulation.work(),

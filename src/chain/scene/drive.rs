@@ -5,33 +5,6 @@ use super::{DriveTyped, EndsTyped, Units, WaveformTyped};
 use crate::chain::{Drive, Waveform};
 use crate::error::Result;
 
-/// Keys of each waveform, which have no effect beside another.
-const KEYS: [(&str, &[WaveformTyped], &str); 7] = [
-    (
-        "drive_frequency",
-        &[
-            WaveformTyped::Sine,
-            WaveformTyped::ToneBurst,
-            WaveformTyped::Chirp,
-        ],
-        "sine, tone-burst or chirp",
-    ),
-    ("drive_end_frequency", &[WaveformTyped::Chirp], "chirp"),
-    ("drive_cycles", &[WaveformTyped::ToneBurst], "tone-burst"),
-    ("drive_band", &[WaveformTyped::Noise], "noise"),
-    ("drive_seed", &[WaveformTyped::Noise], "noise"),
-    (
-        "drive_duration",
-        &[
-            WaveformTyped::HalfSine,
-            WaveformTyped::Chirp,
-            WaveformTyped::Noise,
-        ],
-        "half-sine, chirp or noise",
-    ),
-    ("drive_times", &[WaveformTyped::Values], "values"),
-];
-
 /// Parts of a time between values, in units of their median: a longer one is a gap.
 const GAP: f64 = 20.0;
 
@@ -39,23 +12,10 @@ const GAP: f64 = 20.0;
 pub(super) fn drive(check: Check, n: usize) -> Result<Option<(Drive, String)>> {
     let scene = check.scene;
     let Some(typed) = scene.drive else {
-        let own = [
-            "drive_waveform",
-            "drive_amplitude",
-            "drive_site",
-            "drive_values",
-        ];
-        let keys: Vec<&str> = own.into_iter().chain(KEYS.map(|(key, ..)| key)).collect();
-        check.only_with(&keys, false, "`drive`")?;
         return Ok(None);
     };
     let ends = scene.ends.unwrap_or_default();
     let is_wall = matches!(typed, DriveTyped::Wall | DriveTyped::WallVelocity);
-    if is_wall && scene.drive_site.is_some() {
-        let expected =
-            "it only beside `drive` force, displacement or velocity, which are of a body";
-        return Err(check.fault("drive_site", expected, "a wall"));
-    }
     if is_wall && ends != EndsTyped::Fixed {
         let expected = "it only beside `ends = \"fixed\"`: there is a wall before site 0";
         return Err(check.fault("drive", expected, "other ends"));
@@ -97,19 +57,13 @@ fn waveform(check: Check, typed: DriveTyped) -> Result<(Waveform, String)> {
         true => WaveformTyped::Values,
         false => WaveformTyped::Sine,
     });
-    for (key, kinds, names) in KEYS {
-        let with = format!("`drive_waveform` {names}");
-        check.only_with(&[key], kinds.contains(&kind), &with)?;
-    }
     let is_values = kind == WaveformTyped::Values;
-    check.only_with(&["drive_values"], is_values, "`drive_waveform` values")?;
     let amplitude = match (scene.drive_amplitude, is_values) {
         (None, true) => 1.0,
         (typed, _) => check.need("drive_amplitude", typed, "the amplitude of the drive")?,
     };
-    if !(amplitude != 0.0 && amplitude.is_finite()) {
-        let expected = "a finite number other than 0";
-        return Err(check.fault("drive_amplitude", expected, amplitude));
+    if amplitude == 0.0 {
+        return Err(check.fault("drive_amplitude", "a number other than 0", amplitude));
     }
     let [unit, hertz, seconds] = match (check.units, typed) {
         (Units::None, _) => [""; 3],
@@ -117,66 +71,35 @@ fn waveform(check: Check, typed: DriveTyped) -> Result<(Waveform, String)> {
         (Units::Si, DriveTyped::Wall | DriveTyped::Displacement) => [" m", " Hz", " s"],
         (Units::Si, _) => [" m/s", " Hz", " s"],
     };
-    let frequency = |what: &str| {
-        let key = "drive_frequency";
-        let typed = check.need(key, scene.drive_frequency, what)?;
-        check.positive(key, typed.value)
-    };
-    let duration = |what: &str| {
-        let key = "drive_duration";
-        let typed = check.need(key, scene.drive_duration, what)?;
-        check.positive(key, typed.value)
-    };
+    let of_size = format!("of amplitude {amplitude}{unit}");
+    let need = |key: &str, typed: Option<f64>| check.need(key, typed, "it beside this waveform");
+    let frequency = || need("drive_frequency", scene.drive_frequency.map(|m| m.value));
+    let duration = || need("drive_duration", scene.drive_duration.map(|m| m.value));
     Ok(match kind {
         WaveformTyped::Sine => {
-            let frequency = frequency("the frequency of the sine")?;
-            let waveform = Waveform::Sine {
-                amplitude,
-                frequency,
-            };
-            let about =
-                format!("sine of amplitude {amplitude}{unit} and frequency {frequency}{hertz}");
-            (waveform, about)
+            let frequency = frequency()?;
+            let about = format!("sine {of_size} and frequency {frequency}{hertz}");
+            (Waveform::sine(amplitude, frequency), about)
         }
         WaveformTyped::HalfSine => {
-            let duration = duration("the duration of the half-sine")?;
-            let waveform = Waveform::HalfSine {
-                amplitude,
-                duration,
-            };
-            let about = format!(
-                "half-sine of amplitude {amplitude}{unit} and duration {duration}{seconds}"
-            );
-            (waveform, about)
+            let duration = duration()?;
+            let about = format!("half-sine {of_size} and duration {duration}{seconds}");
+            (Waveform::half_sine(amplitude, duration), about)
         }
         WaveformTyped::ToneBurst => {
-            let frequency = frequency("the frequency of the burst")?;
-            let cycles = check.need(
-                "drive_cycles",
-                scene.drive_cycles,
-                "the cycles of the burst",
-            )?;
-            if !(cycles >= 1.0 && cycles.is_finite()) {
-                return Err(check.fault("drive_cycles", "1 cycle or more", cycles));
-            }
+            let frequency = frequency()?;
+            let cycles = need("drive_cycles", scene.drive_cycles)?;
             let about = format!(
-                "{cycles} cycles of amplitude {amplitude}{unit} and frequency {frequency}{hertz} under Hann's window"
+                "{cycles} cycles {of_size} and frequency {frequency}{hertz} under Hann's window"
             );
             (Waveform::tone_burst(amplitude, frequency, cycles), about)
         }
         WaveformTyped::Chirp => {
-            let from = frequency("the first frequency of the chirp")?;
-            let key = "drive_end_frequency";
-            let to = check.need(
-                key,
-                scene.drive_end_frequency,
-                "the last frequency of the chirp",
-            )?;
-            let to = check.positive(key, to.value)?;
-            let duration = duration("the duration of the chirp")?;
-            let about = format!(
-                "chirp of amplitude {amplitude}{unit} from {from} to {to}{hertz} in {duration}{seconds}"
-            );
+            let to = scene.drive_end_frequency.map(|m| m.value);
+            let (from, to) = (frequency()?, need("drive_end_frequency", to)?);
+            let duration = duration()?;
+            let about =
+                format!("chirp {of_size} from {from} to {to}{hertz} in {duration}{seconds}");
             (Waveform::chirp(amplitude, [from, to], duration), about)
         }
         WaveformTyped::Noise => {
@@ -186,16 +109,13 @@ fn waveform(check: Check, typed: DriveTyped) -> Result<(Waveform, String)> {
                 let expected = "two frequencies, the lowest and the highest";
                 return Err(check.fault(key, expected, format!("{} values", band.len())));
             };
-            if !(low >= 0.0 && high > low && high.is_finite()) {
-                let expected = "a lowest frequency of 0 or more and a higher one";
+            if high <= low {
+                let expected = "a lowest frequency and a higher one";
                 return Err(check.fault(key, expected, format!("{low}, {high}")));
             }
-            let (duration, until) = match scene.drive_duration {
+            let (duration, until) = match scene.drive_duration.map(|m| m.value) {
                 None => (f64::INFINITY, String::new()),
-                Some(_) => {
-                    let duration = duration("the duration of the noise")?;
-                    (duration, format!(" up to {duration}{seconds}"))
-                }
+                Some(duration) => (duration, format!(" up to {duration}{seconds}")),
             };
             let seed = scene.drive_seed.or(scene.seed).unwrap_or(0);
             let about =

@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
+use super::Units;
+use super::check::units;
 use super::places::Places;
-use super::{SceneSource, Units};
-use crate::error::{Error, KeyPlace, Result, SceneFault};
+use crate::error::{Error, KeyPlace, Result, listed};
 use crate::field::{
-    Field, OpenOptions, is_run_archive, read_container, read_members, regular_file,
+    Field, OpenOptions, check_written, is_run_archive, read_container, read_members, regular_file,
 };
-use crate::measure::{Dimension, Force, Length, Speed, Time, size, units};
+use crate::measure::{self, Dimension, Force, Length, Speed, Time, size};
 use crate::unit::split;
 
 /// Bytes and rows of a table that are read at most.
@@ -44,12 +45,8 @@ const STATE: [&str; 4] = [
 ];
 
 /// Keys that name files, and those of the values that they hold.
-const KEYS: [(&str, &[&str], &str); 3] = [
-    (
-        "drive_file",
-        &["drive_times", "drive_values"],
-        "the values of the drive",
-    ),
+const KEYS: [(&str, &[&str]); 3] = [
+    ("drive_file", &["drive_times", "drive_values"]),
     (
         "state",
         &[
@@ -58,26 +55,16 @@ const KEYS: [(&str, &[&str], &str); 3] = [
             "resonator_displacements",
             "resonator_velocities",
         ],
-        "the initial state",
     ),
-    ("law_file", &["law", "laws"], "the law of the contacts"),
+    ("law_file", &["law"]),
 ];
 
 /// Refuses keys that name files; false, since none were read.
 pub(super) fn refuse(table: &Table, places: &Places) -> Result<bool> {
-    match KEYS.iter().find(|(key, ..)| table.contains_key(*key)) {
-        Some((key, own, _)) => {
-            let expected = format!(
-                "`{}`: a run carries the values of files",
-                own.join("` and `")
-            );
-            let found = "the name of a file";
-            Err(Error::scene(SceneFault::new(
-                places.of(key),
-                key,
-                expected,
-                found,
-            )))
+    match KEYS.iter().find(|(key, _)| table.contains_key(*key)) {
+        Some((key, own)) => {
+            let expected = format!("{}: a run carries the values of files", listed(own));
+            Err(places.fault(key, expected, "the name of a file"))
         }
         None => Ok(false),
     }
@@ -85,12 +72,9 @@ pub(super) fn refuse(table: &Table, places: &Places) -> Result<bool> {
 
 /// Puts what files hold in place of the keys that name them; whether there were any.
 pub(super) fn read_in(table: &mut Table, places: &mut Places) -> Result<bool> {
-    let is_si = table.get("units").and_then(Value::as_str) == Some("si")
-        || ["material", "young"]
-            .iter()
-            .any(|key| table.contains_key(*key));
+    let is_si = units(table) == Units::Si;
     let mut any = false;
-    for (key, own, what) in KEYS {
+    for (key, own) in KEYS {
         let Some(path) = table.get(key).and_then(Value::as_str) else {
             continue;
         };
@@ -100,11 +84,6 @@ pub(super) fn read_in(table: &mut Table, places: &mut Places) -> Result<bool> {
             places,
             is_si,
         };
-        if let Some(other) = own.iter().find(|key| table.contains_key(**key)) {
-            let found = format!("it beside {}", places.mention(other));
-            let expected = format!("one key that decides {what}");
-            return Err(file.fault(expected, found));
-        }
         if !file.path.exists() {
             let expected = "a file that is there; a relative path starts at the scene's folder";
             return Err(file.fault(expected, "nothing"));
@@ -134,12 +113,7 @@ fn numbers(values: Vec<f64>) -> Value {
 impl Named<'_> {
     fn fault(&self, expected: impl Into<String>, found: impl Into<String>) -> Error {
         let found = format!("{} in {}", found.into(), self.path.display());
-        Error::scene(SceneFault::new(
-            self.places.of(self.key),
-            self.key,
-            expected,
-            found,
-        ))
+        self.places.fault(self.key, expected, found)
     }
 
     /// The values of a column in the unit of the scene.
@@ -153,17 +127,14 @@ impl Named<'_> {
             return Err(self.fault(expected, found));
         }
         let Some(factor) = size::<D>(&column.unit) else {
-            return Err(self.fault(format!("a unit of {}", units::<D>()), found));
+            return Err(self.fault(format!("a unit of {}", measure::units::<D>()), found));
         };
         Ok(column.values.iter().map(|value| factor * value).collect())
     }
 
     /// Times and values.
     fn drive(&self, kind: Option<&str>) -> Result<[Vec<f64>; 2]> {
-        let [mut first, mut second] = self.pair("times and values")?;
-        if second.name.to_lowercase().starts_with('t') && !first.name.is_empty() {
-            std::mem::swap(&mut first, &mut second);
-        }
+        let [first, second] = self.pair("times and values", |[_, second]| second.starts('t'))?;
         let times = self.in_si::<Time>(&first)?;
         if let Some(row) = times.windows(2).position(|pair| pair[1] <= pair[0]) {
             let found = format!("{} after {} in row {}", times[row + 1], times[row], row + 2);
@@ -179,10 +150,7 @@ impl Named<'_> {
 
     /// Overlaps and forces, as the text of a law.
     fn law(&self) -> Result<String> {
-        let [mut first, mut second] = self.pair("overlaps and forces")?;
-        if first.name.to_lowercase().starts_with('f') && !second.name.is_empty() {
-            std::mem::swap(&mut first, &mut second);
-        }
+        let [first, second] = self.pair("overlaps and forces", |[first, _]| first.starts('f'))?;
         let overlaps = self.in_si::<Length>(&first)?;
         let forces = self.in_si::<Force>(&second)?;
         let rows = overlaps.iter().zip(&forces);
@@ -195,23 +163,18 @@ impl Named<'_> {
         regular_file(&self.path)?;
         if is_run_archive(&self.path)? {
             return read_members(&self.path, |run| {
-                let rows = STATE
-                    .iter()
-                    .map(|name| run.array(name))
-                    .collect::<Result<_>>()?;
-                let scene = run.text("scene")?;
-                self.last_rows(rows, scene)
+                let rows = STATE.iter().map(|name| run.array(name));
+                let rows = rows.collect::<Result<_>>()?;
+                let (scene, hashes) = (run.text("scene")?, run.text("hashes")?);
+                self.last_rows(rows, scene.as_deref(), hashes.as_deref())
             });
         }
         if let Some((texts, mut arrays)) = read_container(&self.path)? {
             let rows = STATE.iter().map(|name| arrays.remove(*name)).collect();
-            return self.last_rows(rows, texts.get("scene").cloned());
+            let text = |name: &str| texts.get(name).map(String::as_str);
+            return self.last_rows(rows, text("scene"), text("hashes"));
         }
-        if self
-            .path
-            .extension()
-            .is_some_and(|extension| extension == "npy")
-        {
+        if self.path.extension().is_some_and(|end| end == "npy") {
             let field = Field::open(&self.path, &OpenOptions::default())?;
             let (rows, columns) = (field.n_times(), field.n_sites());
             if columns != 2 {
@@ -223,10 +186,8 @@ impl Named<'_> {
             let column = |of: usize| values.iter().skip(of).step_by(2).copied().collect();
             return Ok(vec![column(0), column(1)]);
         }
-        let [mut first, mut second] = self.pair("displacements and velocities")?;
-        if first.name.to_lowercase().starts_with('v') && !second.name.is_empty() {
-            std::mem::swap(&mut first, &mut second);
-        }
+        let what = "displacements and velocities";
+        let [first, second] = self.pair(what, |[first, _]| first.starts('v'))?;
         Ok(vec![
             self.in_si::<Length>(&first)?,
             self.in_si::<Speed>(&second)?,
@@ -237,25 +198,28 @@ impl Named<'_> {
     fn last_rows(
         &self,
         arrays: Vec<Option<Samples>>,
-        scene: Option<String>,
+        scene: Option<&str>,
+        hashes: Option<&str>,
     ) -> Result<Vec<Vec<f64>>> {
+        for (name, array) in STATE.iter().zip(&arrays) {
+            let Some((_, values)) = array else { continue };
+            check_written(hashes, name, values).map_err(|fault| Error::Input {
+                path: self.path.clone(),
+                fault,
+            })?;
+        }
         let expected = "a run that recorded displacements (`record` with \"displacement\")";
         let last = |array: Option<Samples>| -> Option<Vec<f64>> {
             let (shape, values) = array?;
-            let sites = *shape.last()? as usize;
-            values
-                .len()
-                .checked_sub(sites)
-                .map(|from| values[from..].to_vec())
+            let from = values.len().checked_sub(*shape.last()? as usize)?;
+            Some(values[from..].to_vec())
         };
         if arrays[0].is_none() || arrays[1].is_none() {
             return Err(self.fault(expected, "none"));
         }
         let rows: Vec<Vec<f64>> = arrays.into_iter().filter_map(last).collect();
-        let scene = scene.and_then(|text| SceneSource::carried(None, text).setup().ok());
-        if let Some(setup) = scene
-            && (setup.units == Units::Si) != self.is_si
-        {
+        let table = scene.and_then(|text| text.parse::<Table>().ok());
+        if table.is_some_and(|table| (units(&table) == Units::Si) != self.is_si) {
             let word = |is_si: bool| if is_si { "in SI" } else { "without units" };
             let expected = format!("a run {}, as this scene is", word(self.is_si));
             return Err(self.fault(expected, format!("one {}", word(!self.is_si))));
@@ -263,37 +227,32 @@ impl Named<'_> {
         Ok(rows)
     }
 
-    /// The two columns of a table of text.
-    fn pair(&self, what: &str) -> Result<[Column; 2]> {
+    /// The two columns of a table of text, turned round where their names say so.
+    fn pair(&self, what: &str, is_turned: fn([&Column; 2]) -> bool) -> Result<[Column; 2]> {
         let columns = self.columns()?;
         let number = columns.len();
-        <[Column; 2]>::try_from(columns)
-            .map_err(|_| self.fault(format!("two columns, {what}"), format!("{number} columns")))
+        let Ok([first, second]) = <[Column; 2]>::try_from(columns) else {
+            let expected = format!("two columns, {what}");
+            return Err(self.fault(expected, format!("{number} columns")));
+        };
+        let are_named = !(first.name.is_empty() || second.name.is_empty());
+        Ok(match are_named && is_turned([&first, &second]) {
+            true => [second, first],
+            false => [first, second],
+        })
     }
 
     /// The columns of a table of text.
     fn columns(&self) -> Result<Vec<Column>> {
         let length = regular_file(&self.path)?.len();
         if length > MOST_BYTES {
-            return Err(self.fault(
-                format!("a table of at most {MOST_BYTES} bytes"),
-                length.to_string(),
-            ));
+            let expected = format!("a table of at most {MOST_BYTES} bytes");
+            return Err(self.fault(expected, length.to_string()));
         }
         let read = std::fs::read_to_string(&self.path);
         let text = read.map_err(Error::read("read", &self.path))?;
         let text = text.trim_start_matches('\u{feff}');
         let separator = [';', '\t', ','].into_iter().find(|c| text.contains(*c));
-        let cells = |line: &str| -> Vec<String> {
-            let line = line.trim_start_matches('#').trim();
-            match separator {
-                Some(separator) => line
-                    .split(separator)
-                    .map(|cell| cell.trim().to_owned())
-                    .collect(),
-                None => line.split_whitespace().map(str::to_owned).collect(),
-            }
-        };
         let number = |cell: &str| -> Option<f64> {
             match separator {
                 // A comma that separates no cells is that of a decimal.
@@ -302,42 +261,32 @@ impl Named<'_> {
             }
         };
         let (mut head, mut columns) = (Vec::new(), Vec::<Column>::new());
-        for (line, text) in text.lines().enumerate() {
-            if text.trim().is_empty() {
+        for (line, text) in (1..).zip(text.lines()) {
+            let is_comment = text.trim_start().starts_with('#');
+            if text.trim().is_empty() || is_comment && !columns.is_empty() {
                 continue;
             }
-            let cells = cells(text);
+            let cells = cells(text, separator);
             let numbers: Vec<Option<f64>> = cells.iter().map(|cell| number(cell)).collect();
-            let is_comment = text.trim_start().starts_with('#');
             if columns.is_empty() && (is_comment || numbers.iter().all(Option::is_none)) {
                 head = cells;
                 continue;
             }
-            if is_comment {
-                continue;
-            }
             if columns.is_empty() {
                 let is_head = head.len() == cells.len();
-                columns.extend((0..cells.len()).map(|i| {
-                    let (name, unit) = split(if is_head { &head[i] } else { "" });
-                    let (name, unit) = (name.trim().to_owned(), unit.to_owned());
-                    Column {
-                        name,
-                        unit,
-                        values: Vec::new(),
-                    }
-                }));
+                let name = |i: usize| if is_head { head[i] } else { "" };
+                columns.extend((0..cells.len()).map(|i| Column::of(name(i))));
             }
-            let at = format!("in line {}", line + 1);
             if cells.len() != columns.len() {
                 let expected = format!("{} columns in every row", columns.len());
-                return Err(self.fault(expected, format!("{} {at}", cells.len())));
+                return Err(self.fault(expected, format!("{} in line {line}", cells.len())));
             }
             for ((column, number), cell) in columns.iter_mut().zip(numbers).zip(&cells) {
-                match number.filter(|number| number.is_finite()) {
-                    Some(number) => column.values.push(number),
-                    None => return Err(self.fault("a finite number", format!("{cell:?} {at}"))),
-                }
+                let Some(number) = number.filter(|number| number.is_finite()) else {
+                    let found = format!("{cell:?} in line {line}");
+                    return Err(self.fault("a finite number", found));
+                };
+                column.values.push(number);
             }
             if columns[0].values.len() > MOST_ROWS {
                 let expected =
@@ -345,10 +294,35 @@ impl Named<'_> {
                 return Err(self.fault(expected, "more"));
             }
         }
-        if columns.is_empty() {
-            return Err(self.fault("rows of numbers", "none"));
+        match columns.is_empty() {
+            true => Err(self.fault("rows of numbers", "none")),
+            false => Ok(columns),
         }
-        Ok(columns)
+    }
+}
+
+/// The cells of a line, which may be a comment; blanks separate them where nothing else does.
+fn cells(line: &str, separator: Option<char>) -> Vec<&str> {
+    let line = line.trim_start_matches('#').trim();
+    match separator {
+        Some(separator) => line.split(separator).map(str::trim).collect(),
+        None => line.split_whitespace().collect(),
+    }
+}
+
+impl Column {
+    /// One without values, of a name with a unit: `time [ms]`.
+    fn of(text: &str) -> Column {
+        let (name, unit) = split(text);
+        Column {
+            name: name.trim().to_owned(),
+            unit: unit.to_owned(),
+            values: Vec::new(),
+        }
+    }
+
+    fn starts(&self, letter: char) -> bool {
+        self.name.to_lowercase().starts_with(letter)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::check::Check;
 use crate::chain::{Law, Laws};
-use crate::error::Result;
+use crate::error::{Error, Result, listed};
 
 /// Keys that give the numbers of a law, and the laws that have each by their names alone.
 const NUMBERS: [(&str, &[&str]); 4] = [
@@ -15,7 +15,6 @@ const NUMBERS: [(&str, &[&str]); 4] = [
 /// The law of all contacts, or those of a cell.
 pub(super) fn laws(check: Check) -> Result<Laws> {
     let scene = check.scene;
-    check.one_of(&["law", "laws"], "the laws of the contacts")?;
     let (key, texts) = match (&scene.laws, &scene.law) {
         (Some(cell), _) => ("laws", cell.clone()),
         (None, Some(law)) => ("law", vec![law.clone()]),
@@ -27,15 +26,11 @@ pub(super) fn laws(check: Check) -> Result<Laws> {
         .zip(numbers)
         .filter_map(|((name, words), value)| Some((*name, value?, *words)))
         .collect();
-    for (name, value, words) in &typed {
-        check.finite(name, *value)?;
+    for (name, _, words) in &typed {
         let used = |text: &String| words.contains(&bare(text)) || takes(text, name);
         if !texts.iter().any(used) {
-            let words: Vec<String> = words.iter().map(|word| format!("`{word}`")).collect();
-            let expected = format!(
-                "it only beside the law {} or a formula that uses it",
-                words.join(" or ")
-            );
+            let laws = listed(words);
+            let expected = format!("it only beside the law {laws} or a formula that uses it");
             return Err(check.fault(name, expected, "it alone"));
         }
     }
@@ -52,7 +47,14 @@ pub(super) fn laws(check: Check) -> Result<Laws> {
 }
 
 pub(super) fn parsed(check: Check, key: &str, text: &str) -> Result<Law> {
-    Law::parse(text).map_err(|error| check.named(error, key))
+    Law::parse(text).map_err(|error| match error {
+        Error::Request {
+            option: "law",
+            expected,
+            found,
+        } => check.fault(key, expected, found),
+        other => check.named(other, key),
+    })
 }
 
 /// A law without what says on which sides it acts.

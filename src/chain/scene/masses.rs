@@ -3,27 +3,15 @@
 use super::Units;
 use super::bodies::Bodies;
 use super::check::Check;
-use super::pattern::{along, check_cell};
-use crate::chain::Pattern;
+use super::pattern::along;
 use crate::error::Result;
 
 /// Masses along the chain.
 pub(super) fn masses(check: Check, bodies: Option<&Bodies>, n: usize) -> Result<Vec<f64>> {
     let scene = check.scene;
-    check.one_of(&["mass_cell", "masses", "length"], "the masses")?;
-    check.one_of(&["mass_ratio", "mass_cell", "masses"], "the masses")?;
-    let cell = match (&scene.masses, &scene.mass_cell) {
-        (Some(masses), _) => {
-            check.length("masses", masses, n, "site")?;
-            check.all_positive("masses", masses)?;
-            masses.clone()
-        }
-        (None, Some(cell)) => {
-            check_cell(check, "mass_cell", cell)?;
-            check.all_positive("mass_cell", cell)?;
-            cell.clone()
-        }
-        (None, None) => {
+    let cell = match scene.masses.as_ref().or(scene.mass_cell.as_ref()) {
+        Some(typed) => typed.clone(),
+        None => {
             let one = match bodies {
                 Some(bodies) => bodies.mass()?,
                 None if check.units == Units::Si => {
@@ -32,36 +20,16 @@ pub(super) fn masses(check: Check, bodies: Option<&Bodies>, n: usize) -> Result<
                 }
                 None => 1.0,
             };
-            match scene.mass_ratio {
-                Some(ratio) => {
-                    check_cell(check, "mass_ratio", &[1.0, ratio])?;
-                    vec![one, one * check.positive("mass_ratio", ratio)?]
-                }
-                None => vec![one],
-            }
+            let other = scene.mass_ratio.map(|ratio| one * ratio);
+            [Some(one), other].into_iter().flatten().collect()
         }
     };
-    let seed = scene.seed.unwrap_or(0);
-    let mut values = along(check, Pattern::Cell(cell), n, "mass", seed)?;
-    let sphere = match bodies {
-        Some(bodies) => bodies.striker()?.map(|(mass, _)| mass),
-        None => None,
-    };
-    if let Some(own) = scene.striker_mass.map(|mass| mass.value).or(sphere) {
-        values[0] = check.positive("striker_mass", own)?;
+    let mut values = along(check, &cell, n, "mass", scene.seed.unwrap_or(0))?;
+    let sphere = bodies.map(Bodies::striker).transpose()?.flatten();
+    let striker = scene.striker_mass.map(|mass| mass.value);
+    if let Some(own) = striker.or(sphere.map(|(mass, _)| mass)) {
+        values[0] = own;
     }
-    let random = [
-        "mass_spread",
-        "coefficient_spread",
-        "striker_velocity_spread",
-        "modes",
-        "drive_band",
-    ];
-    check.only_with(
-        &["seed"],
-        random.iter().any(|key| check.places.has(key)),
-        "what it decides: `mass_spread`, `coefficient_spread`, `striker_velocity_spread`, `modes` or noise",
-    )?;
     Ok(values)
 }
 

@@ -28,8 +28,8 @@ mod typed;
 pub use crate::error::{KeyPlace, Problem, SceneFault};
 pub use crate::measure;
 pub use choices::{
-    Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, Recorded, Shape, Units,
-    WaveformTyped,
+    Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, MaterialTyped, Recorded, Shape,
+    Units, WaveformTyped,
 };
 pub use description::{Description, ResonatorsDescription};
 pub use presets::{PRESETS, Preset, preset};

@@ -3,8 +3,9 @@
 use std::f64::consts::PI;
 
 use super::check::Check;
+use super::pattern::random_factor;
 use super::{EndsTyped, Units};
-use crate::chain::{Chain, Drive, Pattern};
+use crate::chain::{Chain, Drive};
 use crate::error::Result;
 
 /// How a chain starts.
@@ -18,25 +19,10 @@ pub(super) struct Start {
 /// Initial velocities and displacements; a body whose motion is prescribed starts as it goes on.
 pub(super) fn start(check: Check, chain: &Chain, drive: Option<&Drive>) -> Result<Start> {
     let (scene, n) = (check.scene, chain.n_sites());
-    check.one_of(
-        &["striker_velocity", "velocities", "modes"],
-        "the velocity of the striker",
-    )?;
-    check.one_of(&["displacements", "mode", "modes"], "the displacements")?;
-    for own in ["resonator_displacements", "resonator_velocities"] {
-        check.one_of(&[own, "mode_energy"], "the motion of resonators")?;
-    }
-    check.one_of(&["mode_amplitude", "mode_energy"], "the size of the mode")?;
-    check.only_with(&["mode_amplitude"], scene.mode.is_some(), "`mode`")?;
-    let is_mode = scene.mode.is_some() || scene.modes.is_some();
-    check.only_with(&["mode_energy"], is_mode, "`mode` or `modes`")?;
-    let typed = |key, values| listed(check, key, values, n);
-    let mut velocity = typed("velocities", &scene.velocities)?.unwrap_or(vec![0.0; n]);
-    let mut displacement = typed("displacements", &scene.displacements)?.unwrap_or(vec![0.0; n]);
-    let own = [
-        typed("resonator_displacements", &scene.resonator_displacements)?,
-        typed("resonator_velocities", &scene.resonator_velocities)?,
-    ];
+    let or_rest = |typed: &Option<Vec<f64>>| typed.clone().unwrap_or(vec![0.0; n]);
+    let mut velocity = or_rest(&scene.velocities);
+    let mut displacement = or_rest(&scene.displacements);
+    let own = [&scene.resonator_displacements, &scene.resonator_velocities];
     let mut resonators = None;
     if let (Some(mode), Some(energy)) = (scene.mode, scene.mode_energy) {
         let [bodies, own] = excited(check, "mode", [mode; 2], energy, chain)?;
@@ -64,7 +50,7 @@ pub(super) fn start(check: Check, chain: &Chain, drive: Option<&Drive>) -> Resul
     ];
     let something = something.iter().any(|key| check.places.has(key));
     if let Some(speed) = scene.striker_velocity {
-        velocity[0] = check.finite("striker_velocity", speed.value)?;
+        velocity[0] = speed.value;
     } else if !something {
         velocity[0] = match check.units {
             Units::None => 1.0,
@@ -74,7 +60,9 @@ pub(super) fn start(check: Check, chain: &Chain, drive: Option<&Drive>) -> Resul
             }
         };
     }
-    velocity[0] *= jitter(check)?;
+    // Masses and coefficients of the same seed draw from other numbers.
+    let mut state = scene.seed.unwrap_or(0).wrapping_add(1 << 63);
+    velocity[0] *= random_factor(scene.striker_velocity_spread, &mut state);
     if let Some((site, wave)) = drive.and_then(Drive::motion) {
         let own = [
             ("velocity", &mut velocity, wave.rate_at(0.0)),
@@ -94,7 +82,7 @@ pub(super) fn start(check: Check, chain: &Chain, drive: Option<&Drive>) -> Resul
     let moves = |values: &[f64]| values.iter().any(|v| *v != 0.0);
     let all = [&velocity, &displacement]
         .into_iter()
-        .chain(own.iter().flatten());
+        .chain(own.into_iter().flatten());
     if !all.into_iter().any(|values| moves(values)) && scene.drive.is_none() {
         let key = [
             "striker_velocity",
@@ -108,49 +96,16 @@ pub(super) fn start(check: Check, chain: &Chain, drive: Option<&Drive>) -> Resul
             .unwrap_or(&key[0]);
         return Err(check.fault(key, "something that moves", "a chain at rest"));
     }
-    if own.iter().any(Option::is_some) {
-        let [at, speed] = own;
-        let followed = [
-            at.unwrap_or(displacement.clone()),
-            speed.unwrap_or(velocity.clone()),
-        ];
-        resonators = Some(followed);
+    if own.iter().any(|typed| typed.is_some()) {
+        let [at, speed] = own.map(Option::as_ref);
+        let followed = [at.unwrap_or(&displacement), speed.unwrap_or(&velocity)];
+        resonators = Some(followed.map(Vec::clone));
     }
     Ok(Start {
         velocity,
         displacement,
         resonators: resonators.filter(|_| chain.resonators().is_some()),
     })
-}
-
-/// A list of numbers, one a site.
-fn listed(check: Check, key: &str, typed: &Option<Vec<f64>>, n: usize) -> Result<Option<Vec<f64>>> {
-    let Some(typed) = typed else { return Ok(None) };
-    check.length(key, typed, n, "site")?;
-    for (i, value) in typed.iter().enumerate() {
-        check.finite(&format!("{key}[{i}]"), *value)?;
-    }
-    Ok(Some(typed.clone()))
-}
-
-/// The random factor of the striker's velocity.
-fn jitter(check: Check) -> Result<f64> {
-    let (scene, key) = (check.scene, "striker_velocity_spread");
-    let Some(spread) = scene.striker_velocity_spread else {
-        return Ok(1.0);
-    };
-    check.not_negative(key, spread)?;
-    if spread >= 1.0 {
-        return Err(check.fault(key, "a spread below 1", spread));
-    }
-    let random = Pattern::Random {
-        mean: 1.0,
-        spread,
-        // Masses and coefficients of the same seed draw from other numbers.
-        seed: scene.seed.unwrap_or(0).wrapping_add(1 << 63),
-    };
-    let factor = random.values(1).map_err(|error| check.named(error, key))?;
-    Ok(factor[0])
 }
 
 /// Displacements and velocities of modes of the chain itself.
@@ -161,7 +116,6 @@ fn excited(
     energy: f64,
     chain: &Chain,
 ) -> Result<[[Vec<f64>; 2]; 2]> {
-    check.positive("mode_energy", energy)?;
     let modes = chain.normal_modes();
     let modes = modes.map_err(|error| check.named(error, key))?;
     let most = modes.frequency.len() - modes.free;
@@ -194,7 +148,6 @@ fn shape_of_mode(check: Check, mode: usize, n: usize) -> Result<Vec<f64>> {
     }
     let expected = "the largest displacement of the mode";
     let amplitude = check.need("mode_amplitude", scene.mode_amplitude, expected)?;
-    let amplitude = check.finite("mode_amplitude", amplitude.value)?;
     let (k, sites) = (mode as f64, n as f64);
     let shape = |j: f64| match scene.ends.unwrap_or_default() {
         EndsTyped::Fixed => (PI * k * (j + 1.0) / (sites + 1.0)).sin(),
@@ -202,5 +155,5 @@ fn shape_of_mode(check: Check, mode: usize, n: usize) -> Result<Vec<f64>> {
         EndsTyped::Wall => (PI * (k - 0.5) * (j + 0.5) / (sites + 0.5)).cos(),
         EndsTyped::Periodic => (2.0 * PI * k * j / sites).sin(),
     };
-    Ok((0..n).map(|j| amplitude * shape(j as f64)).collect())
+    Ok((0..n).map(|j| amplitude.value * shape(j as f64)).collect())
 }

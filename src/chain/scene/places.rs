@@ -1,11 +1,12 @@
 //! Where the keys of a scene were typed.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
 
-use crate::error::KeyPlace;
+use crate::error::{Error, KeyPlace, SceneFault};
 
 /// Where each key was typed.
 #[derive(Debug, Clone, Default)]
@@ -69,6 +70,16 @@ impl Places {
             path: path.clone(),
             line,
         }
+    }
+
+    /// What was expected of a key, and found.
+    pub(super) fn fault(
+        &self,
+        key: &str,
+        expected: impl Into<String>,
+        found: impl Display,
+    ) -> Error {
+        Error::scene(SceneFault::new(self.of(key), key, expected, found))
     }
 
     /// Whether the key was typed.

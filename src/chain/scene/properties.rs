@@ -21,6 +21,47 @@ pub struct Property {
     /// The least number, of a list each; it is left out itself where `is_above`.
     pub least: f64,
     pub is_above: bool,
+    /// All numbers are below this.
+    below: f64,
+    /// Keys that decide the same, and keys of which one has to be there.
+    pub(super) excludes: Vec<String>,
+    pub(super) beside: Vec<String>,
+    /// Keys that have to have one of these words.
+    pub(super) only_where: Vec<(String, Vec<String>)>,
+    /// How many values a list has.
+    pub(super) length: Option<Length>,
+}
+
+/// How many values a list has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Length {
+    /// As there are sites, not contacts.
+    pub(super) is_of_sites: bool,
+    /// A cell, which repeats along the chain.
+    pub(super) repeats: bool,
+}
+
+impl Property {
+    pub(super) fn allows(&self, number: f64) -> bool {
+        let is_enough = match self.is_above {
+            true => number > self.least,
+            false => number >= self.least,
+        };
+        is_enough && number < self.below && number.is_finite()
+    }
+
+    /// The numbers that it allows, in words.
+    pub(super) fn bounds(&self) -> String {
+        let least = match (self.least.is_finite(), self.is_above) {
+            (false, _) => String::new(),
+            (true, true) => format!(" above {}", self.least),
+            (true, false) => format!(" of {} or more", self.least),
+        };
+        match self.below.is_finite() {
+            true => format!("a finite number{least}, below {}", self.below),
+            false => format!("a finite number{least}"),
+        }
+    }
 }
 
 /// What can be typed into a field.
@@ -59,6 +100,11 @@ pub fn schema() -> Value {
     schema
 }
 
+/// The field of this name.
+pub(super) fn property(name: &str) -> Option<&'static Property> {
+    properties().iter().find(|property| property.name == name)
+}
+
 /// The fields of a scene in the order of their declaration.
 pub fn properties() -> &'static [Property] {
     static PROPERTIES: OnceLock<Vec<Property>> = OnceLock::new();
@@ -73,22 +119,40 @@ pub fn properties() -> &'static [Property] {
                 if let Some(opened) = field["x-group"].as_str() {
                     group = opened.to_owned();
                 }
-                let least = |key: &str| field[key].as_f64();
-                let above = least("exclusiveMinimum");
-                let least = above.or(least("minimum"));
+                let above = field["exclusiveMinimum"].as_f64();
+                let least = above.or(field["minimum"].as_f64());
+                let conditions = field["x-where"].as_object().into_iter().flatten();
                 Property {
-                    least: least.unwrap_or(f64::NEG_INFINITY),
-                    is_above: above.is_some(),
                     name: name.clone(),
                     group: group.clone(),
                     description: description(field),
                     kind: kind(field),
                     default: field.get("default").cloned(),
                     example: field["examples"].get(0).cloned(),
+                    least: least.unwrap_or(f64::NEG_INFINITY),
+                    is_above: above.is_some(),
+                    below: field["exclusiveMaximum"].as_f64().unwrap_or(f64::INFINITY),
+                    excludes: words(&field["x-excludes"]),
+                    beside: words(&field["x-beside"]),
+                    only_where: conditions
+                        .map(|(key, of)| (key.clone(), words(of)))
+                        .collect(),
+                    length: field["x-length"].as_str().map(|length| Length {
+                        is_of_sites: length.ends_with("sites"),
+                        repeats: length.starts_with("cell"),
+                    }),
                 }
             })
             .collect()
     })
+}
+
+/// The texts of a list.
+fn words(list: &Value) -> Vec<String> {
+    let words = list.as_array().into_iter().flatten();
+    words
+        .filter_map(|word| Some(word.as_str()?.to_owned()))
+        .collect()
 }
 
 /// A key that is left out is absent, never null: TOML has no null.
@@ -143,16 +207,10 @@ fn kind(field: &Value) -> Kind {
     if let Some(choices) = choices(field) {
         return Kind::Choice(choices);
     }
-    let words = |key: &str| -> Vec<String> {
-        let words = field[key].as_array().into_iter().flatten();
-        words
-            .filter_map(|w| w.as_str().map(str::to_owned))
-            .collect()
-    };
     if field.get("x-units").is_some() {
         return Kind::Measure {
-            units: words("x-units"),
-            words: words("x-words"),
+            units: words(&field["x-units"]),
+            words: words(&field["x-words"]),
         };
     }
     match field["type"].as_str() {
@@ -169,28 +227,26 @@ fn kind(field: &Value) -> Kind {
 }
 
 fn choices(schema: &Value) -> Option<Vec<Choice>> {
-    let named = |name: &Value, description: String| {
-        Some(Choice {
-            name: name.as_str()?.to_owned(),
-            description,
-        })
+    let choice = |name: &Value, description: String| {
+        let name = name.as_str()?.to_owned();
+        Some(Choice { name, description })
     };
-    if let Some(all) = schema["oneOf"].as_array() {
-        let each = all.iter().flat_map(|one| match one["enum"].as_array() {
-            // Those without a description of their own share one entry.
-            Some(names) => names
-                .iter()
-                .filter_map(|n| named(n, String::new()))
-                .collect(),
-            None => Vec::from_iter(named(&one["const"], description(one))),
-        });
-        return Some(each.collect());
-    }
-    let names = schema["enum"].as_array()?;
-    Some(
+    // Those without a description of their own share an entry.
+    let alike = |schema: &Value| -> Vec<Choice> {
+        let names = schema["enum"].as_array().into_iter().flatten();
         names
+            .filter_map(|name| choice(name, String::new()))
+            .collect()
+    };
+    let all = match schema["oneOf"].as_array() {
+        Some(each) => each
             .iter()
-            .filter_map(|n| named(n, String::new()))
+            .flat_map(|one| match one.get("const") {
+                Some(name) => Vec::from_iter(choice(name, description(one))),
+                None => alike(one),
+            })
             .collect(),
-    )
+        None => alike(schema),
+    };
+    (!all.is_empty()).then_some(all)
 }

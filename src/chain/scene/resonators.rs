@@ -3,42 +3,22 @@
 use std::f64::consts::TAU;
 
 use super::check::Check;
-use super::pattern::check_cell;
 use crate::chain::Resonators;
 use crate::error::Result;
-
-/// The keys that say more of resonators than their masses.
-const MORE: [&str; 5] = [
-    "resonator_frequency",
-    "resonator_stiffness",
-    "resonator_damping",
-    "resonator_displacements",
-    "resonator_velocities",
-];
 
 /// The resonators of a scene, if it has any.
 pub(super) fn resonators(check: Check, n: usize) -> Result<Option<Resonators>> {
     let scene = check.scene;
-    check.only_with(&MORE, scene.resonator_mass.is_some(), "`resonator_mass`")?;
-    check.one_of(
-        &["resonator_frequency", "resonator_stiffness"],
-        "the springs of resonators",
-    )?;
-    let along = |key: &str, typed: &Option<Vec<f64>>| -> Result<Option<Vec<f64>>> {
-        let Some(cell) = typed else { return Ok(None) };
-        check_cell(check, key, cell)?;
-        for (i, value) in cell.iter().enumerate() {
-            check.not_negative(&format!("{key}[{i}]"), *value)?;
-        }
-        Ok(Some(cell.iter().copied().cycle().take(n).collect()))
+    let along = |typed: &Option<Vec<f64>>| -> Option<Vec<f64>> {
+        let cell = typed.as_ref()?;
+        Some(cell.iter().copied().cycle().take(n).collect())
     };
-    let Some(mass) = along("resonator_mass", &scene.resonator_mass)? else {
+    let Some(mass) = along(&scene.resonator_mass) else {
         return Ok(None);
     };
-    let frequency = along("resonator_frequency", &scene.resonator_frequency)?;
-    let stiffness = along("resonator_stiffness", &scene.resonator_stiffness)?;
-    let damping = along("resonator_damping", &scene.resonator_damping)?;
-    let (key, typed) = match (frequency, stiffness) {
+    let damping = along(&scene.resonator_damping);
+    let springs = [&scene.resonator_frequency, &scene.resonator_stiffness].map(along);
+    let (key, typed) = match springs.into() {
         (Some(frequency), _) => ("resonator_frequency", frequency),
         (None, Some(stiffness)) => ("resonator_stiffness", stiffness),
         (None, None) => {

@@ -3,7 +3,6 @@
 use super::bodies::Bodies;
 use super::check::Check;
 use super::motion::Start;
-use super::pattern::check_cell;
 use super::places::Places;
 use super::{
     EndTimeTyped, EndsTyped, Recorded, Scene, Units, coefficients, drive, laws, masses, motion,
@@ -15,6 +14,9 @@ use crate::chain::{
 };
 use crate::error::{Error, Problem, Result, SceneFault};
 use crate::system::memory::available_memory;
+
+/// Samples of a scene that does not say.
+const SAMPLES: usize = 1024;
 
 /// A scene worked out.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,46 +33,10 @@ pub struct Setup {
 
 /// Resolves the typed scene to a simulation.
 pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<Setup> {
-    let check = Check::new(scene, places)?;
-    let n = sites(check)?;
-    let samples = scene.samples.unwrap_or(1024);
-    if samples < 2 {
-        return Err(check.fault("samples", "2 or more", samples));
-    }
-    let memory = memory(check)?;
-    // Before anything as long as the chain is made.
-    let allowed = memory.unwrap_or_else(available_memory);
-    let least = (n as u64).saturating_mul((samples as u64).saturating_mul(8).saturating_add(64));
-    if least > allowed {
-        return Err(too_large(check, n, samples, least, allowed));
-    }
-    let law = laws::laws(check)?;
-    let bodies = match check.has_material() {
-        true => Some(Bodies::new(check)?),
-        false => None,
-    };
-    let bodies = bodies.as_ref();
-    let (mut coefficient, ends) = coefficients::coefficients(check, bodies, &law, n)?;
-    let mut mass = masses::masses(check, bodies, n)?;
-    masses::defects(check, &mut mass, &mut coefficient)?;
-    let law = laws::with_defects(check, law, coefficient.len())?;
-    let precompression = scene.precompression.map_or(0.0, |force| force.value);
-    check.not_negative("precompression", precompression)?;
-    let losses = losses(check)?;
-    let on_site = OnSite {
-        gravity: check.not_negative("gravity", scene.gravity.unwrap_or(0.0))?,
-        ground: ground(check, n)?,
-        resonators: resonators::resonators(check, n)?,
-    };
-    let chain = Chain {
-        mass,
-        coefficient,
-        law,
-        ends,
-        precompression,
-        losses,
-        on_site,
-    };
+    let check = Check::new(scene, places);
+    let n = size(check)?;
+    let bodies = bodies(check)?;
+    let chain = chain(check, bodies.as_ref(), n)?;
     let (scheme, accuracy) = stepping(check, chain.has_pulls())?;
     let (drive, about) = drive::drive(check, n)?.unzip();
     let Start {
@@ -79,39 +45,78 @@ pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<S
         resonators,
     } = motion::start(check, &chain, drive.as_ref())?;
     let simulation = Simulation {
-        chain,
         drive,
         scheme,
         estimate_error: estimate_error(check, accuracy)?,
         accuracy,
-        end_time: end_time(check, ends, &velocity, &displacement)?,
+        end_time: end_time(check, chain.ends, &velocity, &displacement)?,
+        chain,
         velocity,
         displacement,
         resonators,
-        samples,
+        samples: scene.samples.unwrap_or(SAMPLES),
         record: record(scene),
         window: SteppedSites::default(),
-        memory,
+        memory: scene.memory.map(|memory| memory.value as u64),
     };
     match simulation.check() {
         Ok(()) => {}
         Err(Error::Memory {
             needed, allowed, ..
-        }) => return Err(too_large(check, n, samples, needed, allowed)),
+        }) => return Err(too_large(check, n, needed, allowed)),
         Err(error) => return Err(check.named(error, "sites")),
     }
     Ok(Setup {
         simulation,
         units: check.units,
         drive: about,
-        pitch: bodies.map(Bodies::pitch),
+        pitch: bodies.as_ref().map(Bodies::pitch),
         text,
     })
 }
 
-fn sites(check: Check) -> Result<usize> {
-    let n = check.need("sites", check.scene.sites, "the number of sites")?;
-    let least = match check.scene.ends.unwrap_or_default() {
+/// The chain of a typed scene, and the number of samples of its run.
+pub(super) fn chain_of(scene: &Scene, places: &Places) -> Result<(Chain, usize)> {
+    let check = Check::new(scene, places);
+    let n = size(check)?;
+    let chain = chain(check, bodies(check)?.as_ref(), n)?;
+    Ok((chain, scene.samples.unwrap_or(SAMPLES)))
+}
+
+fn bodies(check: Check) -> Result<Option<Bodies>> {
+    check.has_material().then(|| Bodies::new(check)).transpose()
+}
+
+fn chain(check: Check, bodies: Option<&Bodies>, n: usize) -> Result<Chain> {
+    let scene = check.scene;
+    let law = laws::laws(check)?;
+    let (mut coefficient, ends) = coefficients::coefficients(check, bodies, &law, n)?;
+    let mut mass = masses::masses(check, bodies, n)?;
+    masses::defects(check, &mut mass, &mut coefficient)?;
+    Ok(Chain {
+        law: laws::with_defects(check, law, coefficient.len())?,
+        mass,
+        coefficient,
+        ends,
+        precompression: scene.precompression.map_or(0.0, |force| force.value),
+        losses: Losses {
+            dashpot: scene.dashpot.unwrap_or(0.0),
+            tangent: scene.tangent.map_or(0.0, |time| time.value),
+            drag: scene.drag.unwrap_or(0.0),
+        },
+        on_site: OnSite {
+            gravity: scene.gravity.unwrap_or(0.0),
+            ground: ground(check, n)?,
+            resonators: resonators::resonators(check, n)?,
+        },
+    })
+}
+
+/// The number of sites, of a run that fits the memory, before anything as long as the chain is made.
+fn size(check: Check) -> Result<usize> {
+    let scene = check.scene;
+    let n = check.need("sites", scene.sites, "the number of sites")?;
+    let least = match scene.ends.unwrap_or_default() {
         EndsTyped::Periodic => 3,
         EndsTyped::Free => 2,
         EndsTyped::Wall | EndsTyped::Fixed => 1,
@@ -119,22 +124,22 @@ fn sites(check: Check) -> Result<usize> {
     if n < least {
         return Err(check.fault("sites", format!("{least} or more with these ends"), n));
     }
-    Ok(n)
+    check.values(n)?;
+    let samples = scene.samples.unwrap_or(SAMPLES) as u64;
+    let needed = (n as u64).saturating_mul(samples.saturating_mul(8).saturating_add(64));
+    let allowed = scene.memory.map(|memory| memory.value as u64);
+    let allowed = allowed.unwrap_or_else(available_memory);
+    match needed > allowed {
+        true => Err(too_large(check, n, needed, allowed)),
+        false => Ok(n),
+    }
 }
 
-fn memory(check: Check) -> Result<Option<u64>> {
-    let Some(memory) = check.scene.memory else {
-        return Ok(None);
-    };
-    check.positive("memory", memory.value)?;
-    Ok(Some(memory.value as u64))
-}
-
-fn too_large(check: Check, sites: usize, samples: usize, needed: u64, allowed: u64) -> Error {
-    let key = if samples > sites && check.places.has("samples") {
-        "samples"
-    } else {
-        "sites"
+fn too_large(check: Check, sites: usize, needed: u64, allowed: u64) -> Error {
+    let samples = check.scene.samples.unwrap_or(SAMPLES);
+    let key = match samples > sites && check.places.has("samples") {
+        true => "samples",
+        false => "sites",
     };
     Error::scene(SceneFault {
         place: check.places.of(key),
@@ -148,35 +153,15 @@ fn too_large(check: Check, sites: usize, samples: usize, needed: u64, allowed: u
     })
 }
 
-fn losses(check: Check) -> Result<Losses> {
-    let scene = check.scene;
-    let tangent = scene.tangent.map_or(0.0, |time| time.value);
-    Ok(Losses {
-        dashpot: check.not_negative("dashpot", scene.dashpot.unwrap_or(0.0))?,
-        tangent: check.not_negative("tangent", tangent)?,
-        drag: check.not_negative("drag", scene.drag.unwrap_or(0.0))?,
-    })
-}
-
 /// Springs to the ground.
 fn ground(check: Check, n: usize) -> Result<Option<Ground>> {
-    let scene = check.scene;
-    check.only_with(
-        &["ground_law"],
-        scene.ground_cell.is_some(),
-        "`ground_cell`",
-    )?;
-    let Some(cell) = &scene.ground_cell else {
+    let Some(cell) = &check.scene.ground_cell else {
         return Ok(None);
     };
-    for (i, coefficient) in cell.iter().enumerate() {
-        check.not_negative(&format!("ground_cell[{i}]"), *coefficient)?;
-    }
-    check_cell(check, "ground_cell", cell)?;
     if cell.iter().all(|coefficient| *coefficient == 0.0) {
         return Err(check.fault("ground_cell", "a coefficient above 0", "none"));
     }
-    let text = scene.ground_law.as_deref().unwrap_or("spring");
+    let text = check.scene.ground_law.as_deref().unwrap_or("spring");
     let law = laws::parsed(check, "ground_law", text)?;
     Ok(Some(Ground {
         law: law.into(),
@@ -211,16 +196,10 @@ fn stepping(check: Check, has_pulls: bool) -> Result<(Scheme, Accuracy)> {
         }
         check.need("step", scene.step, "a step, which this scheme takes")?;
     }
-    check.one_of(&["tolerance", "step"], "the length of steps")?;
-    if let Some(step) = scene.step {
-        return Ok((scheme, Accuracy::Step(check.positive("step", step.value)?)));
-    }
-    let tolerance = scene.tolerance.unwrap_or(1e-9);
-    if !(tolerance > 0.0 && tolerance < 1.0) {
-        let expected = "a number above 0 and below 1";
-        return Err(check.fault("tolerance", expected, tolerance));
-    }
-    Ok((scheme, Accuracy::Tolerance(tolerance)))
+    Ok(match scene.step {
+        Some(step) => (scheme, Accuracy::Step(step.value)),
+        None => (scheme, Accuracy::Tolerance(scene.tolerance.unwrap_or(1e-9))),
+    })
 }
 
 fn estimate_error(check: Check, accuracy: Accuracy) -> Result<bool> {
@@ -234,7 +213,7 @@ fn estimate_error(check: Check, accuracy: Accuracy) -> Result<bool> {
 
 fn end_time(check: Check, ends: Ends, velocity: &[f64], displacement: &[f64]) -> Result<EndTime> {
     if let Some(EndTimeTyped::At(time)) = check.scene.end_time {
-        return Ok(EndTime::At(check.positive("end_time", time.value)?));
+        return Ok(EndTime::At(time.value));
     }
     let moves = |values: &[f64]| values.last().is_some_and(|v| *v != 0.0);
     if ends == Ends::Periodic || moves(velocity) || moves(displacement) {

@@ -6,8 +6,9 @@ use toml::de::DeTable;
 use toml::{Table, Value};
 
 use super::places::{Places, line_at};
-use super::properties::{Kind, properties};
-use super::{Scene, Setup, files, setup};
+use super::properties::{Kind, properties, property};
+use super::{Scene, Setup, check, files, setup};
+use crate::chain::Chain;
 use crate::error::{Error, KeyPlace, Problem, Result, SceneFault, nearest_key, reworded};
 use crate::field::regular_file;
 
@@ -38,13 +39,24 @@ impl Setting {
     }
 }
 
-/// What scenes leave out, and what serves instead.
-const NOT_MODELLED: [(&str, &str); 2] = [
-    ("friction", "`drag`, `dashpot` or `tangent` for losses"),
+/// Keys of other programs, in small letters, and what serves instead.
+const ELSEWHERE: [(&[&str], &str); 7] = [
     (
-        "thermostat",
-        "`velocities`, or `modes` with `mode_energy`, for a chain of this energy",
+        &["friction", "viscosity"],
+        "`drag`, `dashpot` or `tangent` for losses; friction is not modelled",
     ),
+    (
+        &["thermostat", "temperature"],
+        "`velocities`, or `modes` with `mode_energy`, for a chain of this energy; a thermostat is not modelled",
+    ),
+    (
+        &["dt", "timestep", "time_step"],
+        "`step` for the length of steps, or `samples` and `end_time` for that of samples",
+    ),
+    (&["duration", "t_end", "t_max"], "`end_time`"),
+    (&["n", "n_sites", "particles"], "`sites`"),
+    (&["boundary", "boundaries", "periodic"], "`ends`"),
+    (&["integrator", "method"], "`scheme`"),
 ];
 
 /// The text of a scene and the settings over it.
@@ -72,8 +84,9 @@ pub struct SceneSource {
 }
 
 impl SceneSource {
-    /// A scene of this text; `path` is what messages call it.
+    /// A scene of this text; `path` is what messages call it, unless it is empty.
     pub fn new(path: Option<&Path>, text: impl Into<String>) -> SceneSource {
+        let path = path.filter(|path| !path.as_os_str().is_empty());
         SceneSource {
             path: path.map(Path::to_owned),
             text: text.into(),
@@ -96,7 +109,7 @@ impl SceneSource {
     /// [`Error::Read`]; [`Error::Input`] if it is not a regular file; [`Error::Scene`] if it is too
     /// long or not text.
     pub fn read(path: &Path) -> Result<SceneSource> {
-        let fault = |expected: &str, found: String| {
+        let fault = |expected: String, found: String| {
             let place = KeyPlace::File {
                 path: path.to_owned(),
                 line: None,
@@ -106,15 +119,13 @@ impl SceneSource {
         let length = regular_file(path)?.len();
         if length > LENGTH_LIMIT {
             let expected = format!("a scene, a text of at most {LENGTH_LIMIT} bytes");
-            return Err(fault(&expected, format!("{length} bytes")));
+            return Err(fault(expected, format!("{length} bytes")));
         }
         let bytes = std::fs::read(path).map_err(Error::read("read", path))?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let at = error.utf8_error().valid_up_to();
-            fault(
-                "a scene, a text in UTF-8",
-                format!("something else at byte {at}"),
-            )
+            let found = format!("something else at byte {at}");
+            fault("a scene, a text in UTF-8".into(), found)
         })?;
         Ok(SceneSource::new(Some(path), text))
     }
@@ -141,13 +152,19 @@ impl SceneSource {
     /// # Errors
     /// [`Error::Scene`] naming the first key at fault with its place.
     pub fn setup(&self) -> Result<Setup> {
-        let (mut table, mut places) = self.table()?;
-        let reads = match self.is_carried {
-            true => files::refuse(&table, &places)?,
-            false => files::read_in(&mut table, &mut places)?,
-        };
+        let (table, places, reads) = self.whole()?;
         let scene = Self::typed(table.clone(), &places)?;
+        check::texts(&table, &places)?;
         setup::work_out(&scene, &places, self.text_of(reads, &table, &places)?)
+    }
+
+    /// The chain alone, and the number of samples of its run.
+    ///
+    /// # Errors
+    /// As [`SceneSource::setup`].
+    pub(crate) fn chain(&self) -> Result<(Chain, usize)> {
+        let (table, places, _) = self.whole()?;
+        setup::chain_of(&Self::typed(table, &places)?, &places)
     }
 
     /// A fault that a run found in a value, with the place of its key.
@@ -187,35 +204,39 @@ impl SceneSource {
 
     /// The complete scene as one text: that of the file, or, with settings or other files, all keys written anew.
     pub(crate) fn whole_text(&self) -> Result<String> {
-        let (mut table, mut places) = self.table()?;
-        let reads = files::read_in(&mut table, &mut places)?;
+        let (table, places, reads) = self.whole()?;
         self.text_of(reads, &table, &places)
+    }
+
+    /// All keys, which go together, with the values that files hold; whether there are such files.
+    fn whole(&self) -> Result<(Table, Places, bool)> {
+        let (mut table, mut places) = self.table()?;
+        check::keys(&table, &places)?;
+        let reads = match self.is_carried {
+            true => files::refuse(&table, &places)?,
+            false => files::read_in(&mut table, &mut places)?,
+        };
+        Ok((table, places, reads))
     }
 
     fn text_of(&self, reads: bool, table: &Table, places: &Places) -> Result<String> {
         if !reads && self.settings.is_empty() {
             return Ok(self.text.clone());
         }
-        toml::to_string(table).map_err(|error| {
-            Error::scene(SceneFault::new(
-                places.of(""),
-                "",
-                "values that TOML can hold",
-                error,
-            ))
-        })
+        let text = toml::to_string(table);
+        text.map_err(|error| places.fault("", "values that TOML can hold", error))
     }
 
-    fn typed(table: Table, places: &Places) -> Result<Scene> {
-        if let Some(key) = table.keys().find(|key| !is_known(key)) {
-            let left_out = NOT_MODELLED.iter().find(|(name, _)| name == key);
-            let expected = match (left_out, similar(key)) {
-                (Some((_, instead)), _) => format!("{instead}; {key} is not modelled"),
-                (None, Some(name)) => format!("a key of scenes (`{name}`?)"),
-                (None, None) => "a key of scenes".into(),
-            };
-            let fault = SceneFault::new(places.of(key), key, expected, format!("`{key}`"));
-            return Err(Error::scene(fault));
+    fn typed(mut table: Table, places: &Places) -> Result<Scene> {
+        // A number stands for a cell of one.
+        for property in properties() {
+            let is_cell = property.length.is_some_and(|length| length.repeats);
+            if let Some(value) = table.get_mut(&property.name)
+                && is_cell
+                && (value.is_float() || value.is_integer())
+            {
+                *value = Value::Array(vec![value.clone()]);
+            }
         }
         serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
             let key = error.path().to_string();
@@ -267,22 +288,27 @@ impl SceneSource {
                 }
             }
         }
-        Ok((table, places))
+        match table.keys().find(|key| property(key).is_none()) {
+            Some(key) => Err(places.fault(key, in_place_of(key), format!("`{key}`"))),
+            None => Ok((table, places)),
+        }
     }
 }
 
-fn is_known(key: &str) -> bool {
-    kind_of(key).is_some()
+/// What is expected in place of an unknown key.
+fn in_place_of(key: &str) -> String {
+    let small = key.to_lowercase();
+    let elsewhere = ELSEWHERE.iter().find(|(names, _)| names.contains(&&*small));
+    let known = properties().iter().map(|property| &*property.name);
+    match (elsewhere, nearest_key(key, known)) {
+        (Some((_, instead)), _) => (*instead).into(),
+        (None, Some(name)) => format!("a key of scenes (`{name}`?)"),
+        (None, None) => "a key of scenes".into(),
+    }
 }
 
 fn kind_of(key: &str) -> Option<&'static Kind> {
-    let property = properties().iter().find(|p| p.name == key)?;
-    Some(&property.kind)
-}
-
-/// The known key that a mistyped one is nearest to, if any is near.
-fn similar(key: &str) -> Option<&'static str> {
-    nearest_key(key, properties().iter().map(|property| &*property.name))
+    property(key).map(|property| &property.kind)
 }
 
 /// The value of a setting, parsed by the kind of its field. The error is the expected form.

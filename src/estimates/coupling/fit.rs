@@ -7,7 +7,7 @@ use super::found::{OutputTransfer, PairTransfer};
 use super::spectra::{Spectra, Spectrum};
 use crate::error::Result;
 use crate::numeric::gram::{Gram, Solution};
-use crate::numeric::{deviation, split_mix, unit_interval};
+use crate::numeric::{deviation, next_uniform};
 use crate::observer::Observer;
 
 /// Blocks of neighbouring realisations, and how often each is drawn in every resampling.
@@ -46,9 +46,7 @@ impl Resamplings {
         let draws = (0..count).map(|_| {
             let mut draws = vec![0; blocks.len()];
             for _ in 0..blocks.len() {
-                let (next, bits) = split_mix(state);
-                state = next;
-                draws[(unit_interval(bits) * blocks.len() as f64) as usize] += 1;
+                draws[(next_uniform(&mut state) * blocks.len() as f64) as usize] += 1;
             }
             draws
         });

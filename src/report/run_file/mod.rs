@@ -69,7 +69,8 @@ impl RunFile {
     /// same arrays.
     ///
     /// # Errors
-    /// As [`RunFile::check`]; [`Error::Cancelled`] when the observer asks to stop.
+    /// As [`RunFile::check`]; [`Error::Unfit`] for a run of another chain than that of the setup's text; [`Error::Cancelled`]
+    /// when the observer asks to stop.
     pub fn write(
         path: &Path,
         replace: bool,
@@ -77,6 +78,7 @@ impl RunFile {
         run: &Run,
         observer: &dyn Observer,
     ) -> Result<()> {
+        write::check(path, setup, run)?;
         new_file(path).write(path, replace, |working| match is_netcdf(path) {
             true => write::netcdf(working, setup, run, observer),
             false => write::archive(working, setup, run, observer),

@@ -9,11 +9,11 @@ use super::{RUN_SCHEMA, RunFile};
 use crate::chain::scene::{SceneSource, Setup};
 use crate::chain::{Run, RunReport};
 use crate::error::{Error, InputFault, Result};
-use crate::field::{Members, is_run_archive, read_container, read_members};
+use crate::field::{Members, check_written, is_run_archive, read_container, read_members};
 
 /// By how much masses and coefficients may differ from those that the scene gives on another
 /// machine, relative to their size.
-const SAME: f64 = 1e-12;
+pub(super) const SAME: f64 = 1e-12;
 
 /// Which arrays of a run are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -213,7 +213,11 @@ fn shaped(members: &mut dyn Parts, name: &'static str, expected: &[u64]) -> Resu
         };
         return Err(members.fault(name, fault));
     }
-    Ok(values)
+    let hashes = members.text("hashes")?;
+    match check_written(hashes.as_deref(), name, &values) {
+        Ok(()) => Ok(values),
+        Err(fault) => Err(members.fault(name, fault)),
+    }
 }
 
 /// Values of the file that the scene gives too.

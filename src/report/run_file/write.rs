@@ -1,14 +1,81 @@
 //! A run to a run file.
 
+use std::collections::BTreeMap;
 use std::path::Path;
+
+use serde::Serialize;
 
 use super::super::{Archive, ArrayLabels, Attribute, LabelledArrays, NetCdf};
 use super::RUN_SCHEMA;
+use super::read::SAME;
 use crate::arrays::Precision;
-use crate::chain::Run;
-use crate::chain::scene::{Setup, Units};
+use crate::chain::scene::{SceneSource, Setup, Units};
+use crate::chain::{Chain, Run};
 use crate::error::{Error, Result};
+use crate::field::array_hash;
 use crate::observer::Observer;
+
+/// Refuses a run of another chain than that of the scene's text, from which a reader makes it.
+pub(super) fn check(path: &Path, setup: &Setup, run: &Run) -> Result<()> {
+    let (chain, samples) = SceneSource::carried(None, &*setup.text).chain()?;
+    let times = run.time.len();
+    let found = match times == samples {
+        true => difference(&run.chain, &chain),
+        false => Some(format!("{times} samples in place of {samples}")),
+    };
+    match found {
+        Some(found) => Err(Error::Unfit {
+            path: path.to_owned(),
+            expected: "a run of what its scene describes".into(),
+            found,
+        }),
+        None => Ok(()),
+    }
+}
+
+/// How a chain differs from that of its scene.
+fn difference(chain: &Chain, scene: &Chain) -> Option<String> {
+    let values = |what: &str, own: &[f64], given: &[f64]| {
+        if own.len() != given.len() {
+            return Some(format!("{} {what} in place of {}", own.len(), given.len()));
+        }
+        let is_same = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME * b.abs();
+        let j = own.iter().zip(given).position(|pair| !is_same(pair))?;
+        Some(format!("{what}[{j}] = {} in place of {}", own[j], given[j]))
+    };
+    let laws = || {
+        let mut contacts = 0..chain.n_contacts();
+        let j = contacts.find(|j| chain.law.of(*j) != scene.law.of(*j))?;
+        let [own, given] = [chain, scene].map(|chain| chain.law.of(j).text());
+        Some(format!(
+            "the law `{own}` of contact {j} in place of `{given}`"
+        ))
+    };
+    let others = || {
+        let others = [
+            ("ends", chain.ends != scene.ends),
+            (
+                "law at the wall before site 0",
+                chain.law.before_first() != scene.law.before_first(),
+            ),
+            (
+                "precompression",
+                chain.precompression != scene.precompression,
+            ),
+            ("losses", chain.losses != scene.losses),
+            (
+                "gravity, ground or resonators",
+                chain.on_site != scene.on_site,
+            ),
+        ];
+        let (what, _) = others.into_iter().find(|(_, differs)| *differs)?;
+        Some(format!("other {what}"))
+    };
+    values("masses", &chain.mass, &scene.mass)
+        .or_else(|| values("coefficients", &chain.coefficient, &scene.coefficient))
+        .or_else(laws)
+        .or_else(others)
+}
 
 pub(super) fn archive(
     path: &Path,
@@ -18,7 +85,7 @@ pub(super) fn archive(
 ) -> Result<()> {
     let archive = Archive::create(path, Precision::F64)?;
     archive.append_text("schema", RUN_SCHEMA)?;
-    each_array(setup, run, observer, &mut |labels, values| {
+    let hashes = each_array(setup, run, observer, &mut |labels, values| {
         archive.append(labels.name, &labels.shape(), values)?;
         match labels.unit {
             "" => Ok(()),
@@ -29,7 +96,8 @@ pub(super) fn archive(
     if let Some(gradient) = &run.gradient {
         archive.append_text("gradient_parameters", &gradient.names())?;
     }
-    archive.append_text("report", &report(path, run)?)?;
+    archive.append_text("report", &json(path, &run.report)?)?;
+    archive.append_text("hashes", &json(path, &hashes)?)?;
     archive.finish()
 }
 
@@ -55,7 +123,7 @@ pub(super) fn labelled(
         text(concat!("cascade ", env!("CARGO_PKG_VERSION"))),
     );
     file.attribute("scene", text(&setup.text));
-    file.attribute("report", text(&report(path, run)?));
+    file.attribute("report", text(&json(path, &run.report)?));
     if let Some(gradient) = &run.gradient {
         file.attribute("gradient_parameters", text(&gradient.names()));
     }
@@ -64,7 +132,7 @@ pub(super) fn labelled(
     if let Ok(site) = run.struck().try_into() {
         file.attribute("struck_site", Attribute::Integer(site));
     }
-    each_array(setup, run, observer, &mut |labels, values| {
+    let hashes = each_array(setup, run, observer, &mut |labels, values| {
         file.append(labels, values)?;
         if labels.axes.len() > 1 {
             // Without this, the number that NetCDF leaves in what was never written is a gap.
@@ -72,11 +140,13 @@ pub(super) fn labelled(
             file.describe(labels.name, vec![("_FillValue", gap)]);
         }
         Ok(())
-    })
+    })?;
+    file.attribute("hashes", text(&json(path, &hashes)?));
+    Ok(())
 }
 
-fn report(path: &Path, run: &Run) -> Result<String> {
-    serde_json::to_string(&run.report).map_err(|error| Error::Write {
+fn json(path: &Path, value: &impl Serialize) -> Result<String> {
+    serde_json::to_string(value).map_err(|error| Error::Write {
         path: path.to_owned(),
         action: "write the report to",
         source: error.into(),
@@ -85,8 +155,23 @@ fn report(path: &Path, run: &Run) -> Result<String> {
 
 type Add<'a> = &'a mut dyn FnMut(&ArrayLabels, &[f64]) -> Result<()>;
 
-/// Hands over every array of a run.
-fn each_array(setup: &Setup, run: &Run, observer: &dyn Observer, add: Add) -> Result<()> {
+/// Hands over every array of a run; their hashes by their names.
+fn each_array(
+    setup: &Setup,
+    run: &Run,
+    observer: &dyn Observer,
+    add: Add,
+) -> Result<BTreeMap<String, String>> {
+    let mut hashes = BTreeMap::new();
+    let mut add = |labels: &ArrayLabels, values: &[f64]| {
+        hashes.insert(labels.name.to_owned(), array_hash(values));
+        add(labels, values)
+    };
+    arrays(setup, run, observer, &mut add)?;
+    Ok(hashes)
+}
+
+fn arrays(setup: &Setup, run: &Run, observer: &dyn Observer, add: Add) -> Result<()> {
     let units = UnitNames::of(setup);
     // A new array is contiguous, in order.
     let time = run.time.as_slice().unwrap_or_default();
