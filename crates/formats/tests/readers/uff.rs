@@ -3,7 +3,7 @@
 use serde_json::Value as Json;
 use std::sync::Arc;
 use wavecascade_formats::{
-    Container, Coordinate, Error, Format, Options, Place, Result, SampleType, Value, open,
+    Container, Coordinate, Format, Options, Place, Result, SampleType, Value, open,
 };
 
 use super::common::{self, values};
@@ -125,20 +125,6 @@ fn regress_nodes_of_data_set_2411() {
     let coordinate = &container.variables[records].dimensions[0].coordinate;
     assert_eq!(*coordinate, Some(Coordinate::Listed(z)));
     assert_eq!(container.numbers(z).unwrap(), [-0.1, 2.5]);
-}
-
-#[test]
-fn regress_memory_is_limited() {
-    let mut options = Options::default();
-    options.memory = Some(3 * 13 * 8);
-    let open = |options: &Options| open(Format::Uff, Arc::new(file("ascii.uff")), options);
-    assert!(open(&options).is_ok());
-    options.memory = Some(3 * 13 * 8 - 1);
-    let error = open(&options).unwrap_err();
-    assert!(
-        matches!(error, Error::Memory { needed: 312, .. }),
-        "{error}"
-    );
 }
 
 /// A data set 58 in ASCII with even or uneven abscissas.
