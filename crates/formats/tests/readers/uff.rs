@@ -89,7 +89,7 @@ fn regress_several_shapes() {
     let complex = &container.variables[container.find("records/3").unwrap()];
     assert_eq!(
         complex.sample_type,
-        SampleType::Other("complex numbers".into())
+        SampleType::Other("functions of type 4, no records of time".into())
     );
     assert_eq!(complex.dimensions[1].name.as_deref(), Some("abscissa"));
     let skipped = container.attributes.get("skipped");
