@@ -1,5 +1,7 @@
 //! Named values beside a file or a variable.
 
+use crate::{ByteOrder, Sample};
+
 /// A value beside a file or a variable.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
@@ -11,6 +13,61 @@ pub enum Value {
     Integers(Vec<i64>),
     /// Floats.
     Numbers(Vec<f64>),
+}
+
+impl Value {
+    /// The only number that it is.
+    pub(crate) fn number(&self) -> Option<f64> {
+        match self {
+            Value::Integers(values) if values.len() == 1 => Some(values[0] as f64),
+            Value::Numbers(values) if values.len() == 1 => Some(values[0]),
+            _ => None,
+        }
+    }
+
+    /// The only text that it is, trimmed; `None` if it is empty.
+    pub(crate) fn text(&self) -> Option<&str> {
+        let text = match self {
+            Value::Text(text) => text,
+            Value::Texts(texts) if texts.len() == 1 => &texts[0],
+            _ => return None,
+        };
+        Some(text.trim()).filter(|text| !text.is_empty())
+    }
+
+    /// The numbers in `bytes`: integers, unless they are floats or exceed an `i64`.
+    pub(crate) fn of_samples(sample: Sample, order: ByteOrder, bytes: &[u8]) -> Value {
+        let each = || bytes.chunks_exact(sample.bytes());
+        let integers: Option<Vec<i64>> = each().map(|one| sample.to_i64(order, one)).collect();
+        match integers.filter(|_| !sample.is_float()) {
+            Some(integers) => Value::Integers(integers),
+            None => Value::Numbers(each().map(|one| sample.to_f64(order, one)).collect()),
+        }
+    }
+
+    /// What several arrays say under one name: one value if all are equal, else all of them.
+    pub(crate) fn together(values: &[&Value]) -> Option<Value> {
+        let first = *values.first()?;
+        if values.iter().all(|value| *value == first) {
+            return Some(first.clone());
+        }
+        let integer = |value: &&Value| match value {
+            Value::Integers(values) if values.len() == 1 => Some(values[0]),
+            _ => None,
+        };
+        let text = |value: &&Value| match value {
+            Value::Text(text) => text.clone(),
+            Value::Texts(texts) => texts.join(", "),
+            Value::Integers(integers) => format!("{integers:?}"),
+            Value::Numbers(numbers) => format!("{numbers:?}"),
+        };
+        if let Some(integers) = values.iter().map(integer).collect() {
+            return Some(Value::Integers(integers));
+        }
+        let numbers: Option<Vec<f64>> = values.iter().map(|value| value.number()).collect();
+        let texts = || Value::Texts(values.iter().map(text).collect());
+        Some(numbers.map_or_else(texts, Value::Numbers))
+    }
 }
 
 /// Named values in the order of the file.
@@ -39,21 +96,11 @@ impl Attributes {
 
     /// The text of this name, trimmed; `None` if it is empty or no text.
     pub fn text(&self, name: &str) -> Option<&str> {
-        match self.get(name)? {
-            Value::Text(text) => Some(text.trim()).filter(|text| !text.is_empty()),
-            Value::Texts(texts) if texts.len() == 1 => {
-                Some(texts[0].trim()).filter(|text| !text.is_empty())
-            }
-            _ => None,
-        }
+        self.get(name)?.text()
     }
 
     /// The only number of this name.
     pub fn number(&self, name: &str) -> Option<f64> {
-        match self.get(name)? {
-            Value::Integers(values) if values.len() == 1 => Some(values[0] as f64),
-            Value::Numbers(values) if values.len() == 1 => Some(values[0]),
-            _ => None,
-        }
+        self.get(name)?.number()
     }
 }

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::ops::Range;
 
+use crate::rows::{Strided, misfit};
 use crate::{Attributes, ByteOrder, Bytes, Error, Format, Result, Sample, SampleType};
 
 /// A file as named arrays.
@@ -16,7 +17,9 @@ pub struct Container {
     /// What the reader is not sure of, or has left out of a variable.
     pub remarks: Vec<Remark>,
     bytes: Bytes,
-    decoder: Option<Box<dyn Decoder>>,
+    /// One a variable; none for what lies in the bytes, or holds no numbers.
+    decoders: Vec<Option<Box<dyn Decoder>>>,
+    pub(crate) most_bytes: u64,
 }
 
 /// A named array.
@@ -46,9 +49,9 @@ pub struct Remark {
 
 impl Remark {
     /// `what` and the first few of `texts`; none if there are none.
-    pub(crate) fn listing(what: &str, texts: impl Iterator<Item = String>) -> Option<String> {
+    pub(crate) fn listing(what: &str, texts: impl IntoIterator<Item = String>) -> Option<String> {
         const NAMED: usize = 4;
-        let mut texts: Vec<String> = texts.take(NAMED + 1).collect();
+        let mut texts: Vec<String> = texts.into_iter().take(NAMED + 1).collect();
         if let Some(last) = texts.get_mut(NAMED) {
             *last = "and more".into();
         }
@@ -108,17 +111,23 @@ pub enum Place {
 pub type Block<'a> = &'a [Range<u64>];
 
 /// Decodes what does not lie in the file as it is.
-pub trait Decoder: Send + Sync {
-    /// Copies a block of the variable at this place in [`Container::variables`] to `out`, in native byte
-    /// order, the last index fastest. `block` lies within the variable and `out` is as long as the block.
+pub(crate) trait Decoder: Send + Sync {
+    /// Copies a block to `out`, in native byte order, the last index fastest. `block` lies within the variable
+    /// and `out` is as long as the block.
     ///
     /// # Errors
     /// If the bytes are damaged.
-    fn read(&self, variable: usize, block: Block, out: &mut [u8]) -> Result<()>;
+    fn read(&self, block: Block, out: &mut [u8]) -> Result<()>;
+}
 
-    /// Most bytes that what it decodes can stand for; `None` if that follows from the bytes of the file.
-    fn most_bytes(&self) -> Option<u64> {
-        None
+/// Numbers of 8 bytes along one dimension.
+struct Held(Vec<[u8; 8]>);
+
+impl Decoder for Held {
+    fn read(&self, block: Block, out: &mut [u8]) -> Result<()> {
+        let range = block[0].start as usize..block[0].end as usize;
+        out.copy_from_slice(self.0[range].as_flattened());
+        Ok(())
     }
 }
 
@@ -150,9 +159,37 @@ impl Dimension {
 }
 
 impl Variable {
+    /// One of numbers that are best decoded row by row.
+    pub(crate) fn new(path: impl Into<String>, dimensions: Vec<Dimension>, of: Sample) -> Variable {
+        Variable {
+            path: path.into(),
+            dimensions,
+            sample_type: SampleType::Number(of),
+            attributes: Attributes::default(),
+            place: Place::Encoded { rows: 1 },
+        }
+    }
+
+    /// One that holds no numbers.
+    pub(crate) fn other(
+        path: impl Into<String>,
+        dimensions: Vec<Dimension>,
+        what: impl Into<String>,
+    ) -> Variable {
+        Variable {
+            sample_type: SampleType::Other(what.into()),
+            ..Variable::new(path, dimensions, Sample::F64)
+        }
+    }
+
     /// The lengths of its dimensions.
     pub fn shape(&self) -> Vec<u64> {
         self.dimensions.iter().map(|d| d.len).collect()
+    }
+
+    /// What is wrong with it.
+    pub(crate) fn damaged(&self, expected: impl fmt::Display, found: impl fmt::Display) -> Error {
+        Error::damaged(format!("variable {}", self.path), expected, found)
     }
 
     /// How many numbers it holds; `None` beyond a `u64`.
@@ -163,16 +200,51 @@ impl Variable {
 }
 
 impl Container {
-    /// A file whose variables lie in `bytes` or are decoded by `decoder`.
-    pub fn new(format: Format, bytes: Bytes, decoder: Option<Box<dyn Decoder>>) -> Container {
+    /// A file without variables so far.
+    pub(crate) fn new(format: Format, bytes: &Bytes) -> Container {
+        // Deflate encodes at most 258 bytes in two bits.
+        const MAX_INFLATION: u64 = 1032;
+        let length = (**bytes).as_ref().len() as u64;
         Container {
             format,
             attributes: Attributes::default(),
             variables: Vec::new(),
             remarks: Vec::new(),
-            bytes,
-            decoder,
+            bytes: Bytes::clone(bytes),
+            decoders: Vec::new(),
+            most_bytes: length.saturating_mul(MAX_INFLATION),
         }
+    }
+
+    /// Adds a variable that lies in the file, or holds no numbers.
+    pub(crate) fn push(&mut self, variable: Variable) {
+        self.variables.push(variable);
+        self.decoders.push(None);
+    }
+
+    /// Adds a variable that is decoded, or lies in the file if its place says so.
+    pub(crate) fn push_decoded(&mut self, variable: Variable, decoder: impl Decoder + 'static) {
+        self.variables.push(variable);
+        self.decoders.push(Some(Box::new(decoder)));
+    }
+
+    /// Adds numbers along one dimension, of 8 bytes each in native byte order.
+    pub(crate) fn push_list(
+        &mut self,
+        variable: Variable,
+        values: impl IntoIterator<Item = [u8; 8]>,
+    ) {
+        let rows = variable.dimensions[0].len;
+        let place = Place::Encoded { rows };
+        let held = Held(values.into_iter().collect());
+        self.push_decoded(Variable { place, ..variable }, held);
+    }
+
+    /// Says `text` of the variable that is added next.
+    pub(crate) fn remark_on_next(&mut self, text: Option<String>) {
+        let variable = Some(self.variables.len());
+        self.remarks
+            .extend(text.map(|text| Remark { variable, text }));
     }
 
     /// The place of the variable of this name, with or without a leading `/`.
@@ -182,17 +254,11 @@ impl Container {
         self.variables.iter().position(|v| bare(&v.path) == path)
     }
 
-    /// Most bytes that the file can stand for: deflate encodes at most 258 bytes in two bits.
+    /// Most bytes that the file can stand for.
     ///
     /// A header that claims more is damaged, or leaves nearly all of its samples unwritten.
     pub fn most_bytes(&self) -> u64 {
-        const MAX_INFLATION: u64 = 1032;
-        let length = (*self.bytes).as_ref().len() as u64;
-        let stated = self
-            .decoder
-            .as_ref()
-            .and_then(|decoder| decoder.most_bytes());
-        stated.unwrap_or(length.saturating_mul(MAX_INFLATION))
+        self.most_bytes
     }
 
     /// Copies a block of a variable to `out`, in native byte order, the last index fastest.
@@ -215,8 +281,8 @@ impl Container {
             return Ok(());
         }
         match &found.place {
-            Place::Encoded { .. } => match &self.decoder {
-                Some(decoder) => decoder.read(variable, block, out),
+            Place::Encoded { .. } => match &self.decoders[variable] {
+                Some(decoder) => decoder.read(block, out),
                 None => unreachable!("what is encoded has a decoder"),
             },
             Place::Strided {
@@ -224,13 +290,15 @@ impl Container {
                 strides,
                 order,
             } => {
-                let bytes = (*self.bytes).as_ref();
-                copy_strided(bytes, *start, strides, sample, block, out);
-                if *order != ByteOrder::NATIVE {
-                    out.chunks_exact_mut(sample.bytes())
-                        .for_each(<[u8]>::reverse);
-                }
-                Ok(())
+                let strided = Strided {
+                    start: *start,
+                    strides,
+                    order: *order,
+                    sample,
+                };
+                strided
+                    .copy((*self.bytes).as_ref(), block, sample, out)
+                    .map_err(|number| misfit(&found.path, sample, number))
             }
         }
     }
@@ -242,10 +310,9 @@ impl Container {
     /// As [`Container::read`].
     pub fn numbers(&self, variable: usize) -> Result<Vec<f64>> {
         let (sample, bytes) = self.all(variable)?;
-        let numbers = bytes.chunks_exact(sample.bytes());
-        Ok(numbers
-            .map(|one| sample.to_f64(ByteOrder::NATIVE, one))
-            .collect())
+        let each = bytes.chunks_exact(sample.bytes());
+        let each = each.map(|one| sample.to_f64(ByteOrder::NATIVE, one));
+        Ok(each.collect())
     }
 
     /// As [`Container::numbers`], without rounding; `None` for floats and for what exceeds an `i64`.
@@ -254,21 +321,16 @@ impl Container {
     /// As [`Container::read`].
     pub fn integers(&self, variable: usize) -> Result<Option<Vec<i64>>> {
         let (sample, bytes) = self.all(variable)?;
-        let numbers = bytes.chunks_exact(sample.bytes());
-        Ok(numbers
-            .map(|one| sample.to_i64(ByteOrder::NATIVE, one))
-            .collect())
+        let each = bytes.chunks_exact(sample.bytes());
+        let each = each.map(|one| sample.to_i64(ByteOrder::NATIVE, one));
+        Ok(each.collect())
     }
 
     fn number(&self, variable: usize) -> Result<Sample> {
         let found = &self.variables[variable];
         match &found.sample_type {
             SampleType::Number(sample) => Ok(*sample),
-            SampleType::Other(other) => Err(Error::damaged(
-                format!("variable {}", found.path),
-                "numbers",
-                other.clone(),
-            )),
+            SampleType::Other(other) => Err(found.damaged("numbers", other)),
         }
     }
 
@@ -276,31 +338,20 @@ impl Container {
         let sample = self.number(variable)?;
         let found = &self.variables[variable];
         let block: Vec<Range<u64>> = found.dimensions.iter().map(|d| 0..d.len).collect();
-        let bytes = found
-            .count()
-            .and_then(|n| n.checked_mul(sample.bytes() as u64));
-        if bytes.is_none_or(|bytes| bytes > self.most_bytes()) {
-            return Err(Error::damaged(
-                format!("variable {}", found.path),
-                format!(
-                    "at most {} bytes of samples in this file",
-                    self.most_bytes()
-                ),
-                bytes.map_or("more".into(), |bytes| bytes.to_string()),
-            ));
+        let bytes = found.count().unwrap_or(u64::MAX);
+        let bytes = bytes.saturating_mul(sample.bytes() as u64);
+        if bytes > self.most_bytes {
+            let expected = format!("at most {} bytes of samples in this file", self.most_bytes);
+            return Err(found.damaged(expected, bytes));
         }
         let mut out = Vec::new();
-        let reserved = bytes
-            .and_then(|bytes| usize::try_from(bytes).ok())
-            .and_then(|bytes| out.try_reserve_exact(bytes).ok().map(|()| bytes));
-        let Some(bytes) = reserved else {
-            return Err(Error::Memory {
-                what: format!("variable {}", found.path),
-                needed: bytes.unwrap_or(u64::MAX),
-                allowed: 0,
-            });
-        };
-        out.resize(bytes, 0);
+        let len = usize::try_from(bytes).unwrap_or(usize::MAX);
+        out.try_reserve_exact(len).map_err(|_| Error::Memory {
+            what: format!("variable {}", found.path),
+            needed: bytes,
+            allowed: 0,
+        })?;
+        out.resize(len, 0);
         self.read(variable, &block, &mut out)?;
         Ok((sample, out))
     }
@@ -312,48 +363,6 @@ impl fmt::Debug for Container {
             .field("format", &self.format)
             .field("variables", &self.variables)
             .finish_non_exhaustive()
-    }
-}
-
-/// Copies a block sample by sample, or row by row where the last index is contiguous.
-fn copy_strided(
-    bytes: &[u8],
-    start: u64,
-    strides: &[u64],
-    sample: Sample,
-    block: Block,
-    out: &mut [u8],
-) {
-    let size = sample.bytes();
-    let (Some((last, outer)), Some((&stride, outer_strides))) =
-        (block.split_last(), strides.split_last())
-    else {
-        out.copy_from_slice(&bytes[start as usize..][..size]);
-        return;
-    };
-    let row = (last.end - last.start) as usize;
-    let mut index: Vec<u64> = outer.iter().map(|range| range.start).collect();
-    for row_out in out.chunks_exact_mut(row * size) {
-        let offset: u64 = index
-            .iter()
-            .zip(outer_strides)
-            .map(|(i, stride)| i * stride)
-            .sum();
-        let from = (start + offset + last.start * stride) as usize;
-        if stride == size as u64 {
-            row_out.copy_from_slice(&bytes[from..][..row * size]);
-        } else {
-            for (i, one) in row_out.chunks_exact_mut(size).enumerate() {
-                one.copy_from_slice(&bytes[from + i * stride as usize..][..size]);
-            }
-        }
-        for (i, range) in index.iter_mut().zip(outer).rev() {
-            *i += 1;
-            if *i < range.end {
-                break;
-            }
-            *i = range.start;
-        }
     }
 }
 
@@ -369,18 +378,16 @@ mod tests {
             bytes.extend([9; 4]);
             bytes.extend((0..3).flat_map(|i| (10 * row + i).to_be_bytes()));
         }
-        let mut container = Container::new(Format::SegY, Arc::new(bytes), None);
-        container.variables.push(Variable {
-            path: "/traces".into(),
-            dimensions: vec![Dimension::new(2), Dimension::new(3)],
-            sample_type: SampleType::Number(Sample::I16),
-            attributes: Attributes::default(),
-            place: Place::Strided {
-                start: 4,
-                strides: vec![10, 2],
-                order: ByteOrder::Big,
-            },
-        });
+        let bytes: Bytes = Arc::new(bytes);
+        let mut container = Container::new(Format::SegY, &bytes);
+        let dimensions = vec![Dimension::new(2), Dimension::new(3)];
+        let place = Place::Strided {
+            start: 4,
+            strides: vec![10, 2],
+            order: ByteOrder::Big,
+        };
+        let traces = Variable::new("/traces", dimensions, Sample::I16);
+        container.push(Variable { place, ..traces });
         container
     }
 

@@ -1,5 +1,7 @@
 //! What can be wrong with a file.
 
+use std::fmt::Display;
+
 /// A result whose error is [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
@@ -41,23 +43,19 @@ pub enum Error {
 
 impl Error {
     /// [`Error::Damaged`].
-    pub fn damaged(
-        place: impl Into<String>,
-        expected: impl Into<String>,
-        found: impl Into<String>,
-    ) -> Error {
+    pub fn damaged(place: impl Display, expected: impl Display, found: impl Display) -> Error {
         Error::Damaged {
-            place: place.into(),
-            expected: expected.into(),
-            found: found.into(),
+            place: place.to_string(),
+            expected: expected.to_string(),
+            found: found.to_string(),
         }
     }
 
     /// [`Error::Unsupported`].
-    pub fn unsupported(what: impl Into<String>, way_out: impl Into<String>) -> Error {
+    pub fn unsupported(what: impl Display, way_out: impl Display) -> Error {
         Error::Unsupported {
-            what: what.into(),
-            way_out: way_out.into(),
+            what: what.to_string(),
+            way_out: way_out.to_string(),
         }
     }
 }

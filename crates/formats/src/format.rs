@@ -41,15 +41,26 @@ pub struct Options {
     pub memory: Option<u64>,
 }
 
-/// The format of a file with this extension (lower case) and these bytes, if it is one that it knows.
-type Detector = fn(&str, &[u8]) -> Option<Format>;
+/// The format of these bytes, if they have the signature of one that it knows.
+type Detector = fn(&[u8]) -> Option<Format>;
+
+/// What is read of files without a signature, by their extensions. A format that has one says what was found instead.
+const EXTENSIONS: [(Format, &[&str]); 8] = [
+    (Format::Hdf5, &["h5", "hdf5", "he5", "nc", "nc4"]),
+    (Format::Tdms, &["tdms"]),
+    (Format::MiniSeed, &["mseed", "miniseed", "msd", "mseed3"]),
+    (Format::Uff, &["uff", "unv", "uf", "bunv"]),
+    (Format::Lammps, &["lammpstrj", "dump"]),
+    (Format::Mat5, &["mat"]),
+    (Format::SegY, &["sgy", "segy"]),
+    (Format::SeismicUnix, &["su"]),
+];
 
 impl Format {
     /// The format of a file with this name and these bytes; `None` for one that is not read.
     pub fn detect(name: &str, bytes: &[u8]) -> Option<Format> {
         let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
         let extension = extension.to_ascii_lowercase();
-        // Those with a signature first, those known by their extension alone last.
         let detectors: &[Detector] = &[
             #[cfg(feature = "hdf5")]
             crate::hdf5::detect,
@@ -59,11 +70,16 @@ impl Format {
             crate::uff::detect,
             crate::lammps::detect,
             crate::mat::detect,
-            crate::segy::detect,
         ];
-        detectors
-            .iter()
-            .find_map(|detect| detect(&extension, bytes))
+        let signed = detectors.iter().find_map(|detect| detect(bytes));
+        let is_named = |(_, names): &&(Format, &[&str])| names.contains(&extension.as_str());
+        let named = || match EXTENSIONS.iter().find(is_named)?.0 {
+            Format::Mat5 if crate::mat::is_version_4(bytes) => Some(Format::Mat4),
+            // What is packed, or of another format, begins with other bytes.
+            Format::Hdf5 | Format::Mat5 | Format::Lammps if !is_text_or_blank(bytes) => None,
+            format => Some(format),
+        };
+        signed.or_else(named).or_else(|| crate::segy::detect(bytes))
     }
 
     /// The format of the store in this directory; `None` for one that is not read.
@@ -72,6 +88,14 @@ impl Format {
         let is_zarr = names.iter().any(|name| path.join(name).is_file());
         is_zarr.then_some(Format::Zarr)
     }
+}
+
+/// Whether the first byte is one of a text, or zero.
+fn is_text_or_blank(bytes: &[u8]) -> bool {
+    let is_text = |byte: &u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
+    bytes
+        .first()
+        .is_some_and(|byte| *byte == 0 || is_text(byte))
 }
 
 impl fmt::Display for Format {
@@ -127,20 +151,20 @@ fn with_unsigned(mut container: Container) -> Container {
     use Sample::*;
     const PAIRS: [(Sample, Sample); 4] = [(I8, U8), (I16, U16), (I32, U32), (I64, U64)];
     for variable in &mut container.variables {
-        let stated = variable
-            .attributes
-            .text("_Unsigned")
-            .map(str::to_ascii_lowercase);
+        let stated = variable.attributes.text("_Unsigned");
         let SampleType::Number(sample) = &mut variable.sample_type else {
             continue;
         };
-        let meant = PAIRS
-            .iter()
-            .find_map(|&(signed, unsigned)| match stated.as_deref() {
-                Some("true") if *sample == signed => Some(unsigned),
-                Some("false") if *sample == unsigned => Some(signed),
-                _ => None,
-            });
+        let mut pairs = PAIRS.iter();
+        let meant = match stated.map(str::to_ascii_lowercase).as_deref() {
+            Some("true") => pairs
+                .find(|(signed, _)| signed == sample)
+                .map(|pair| pair.1),
+            Some("false") => pairs
+                .find(|(_, unsigned)| unsigned == sample)
+                .map(|pair| pair.0),
+            _ => None,
+        };
         let Some(meant) = meant else { continue };
         *sample = meant;
         // Fill values are of the stored type.

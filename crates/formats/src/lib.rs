@@ -10,6 +10,7 @@
 
 mod attributes;
 mod container;
+mod cursor;
 mod error;
 mod format;
 #[cfg(feature = "hdf5")]
@@ -18,8 +19,10 @@ mod lammps;
 mod mat;
 mod miniseed;
 mod netcdf3;
+mod rows;
 mod sample;
 mod segy;
+mod sets;
 mod tdms;
 mod time;
 mod uff;
@@ -27,7 +30,7 @@ mod uff;
 mod zarr;
 
 pub use attributes::{Attributes, Value};
-pub use container::{Block, Container, Coordinate, Decoder, Dimension, Place, Remark, Variable};
+pub use container::{Block, Container, Coordinate, Dimension, Place, Remark, Variable};
 pub use error::{Error, Result};
 pub use format::{Format, Options, open, open_directory};
 pub use sample::{ByteOrder, Sample, SampleType, half_to_f64, ibm_to_f64};

@@ -102,21 +102,53 @@ impl Sample {
     /// If `bytes` has another length than [`Sample::bytes`].
     pub fn to_i64(self, order: ByteOrder, bytes: &[u8]) -> Option<i64> {
         use Sample::*;
-        if matches!(self, F64 | F32 | F16 | IbmF32) {
+        if self.is_float() {
             return None;
         }
-        let mut wide = [0; 8];
-        let used = &mut wide[..self.bytes()];
-        used.copy_from_slice(bytes);
-        if order == ByteOrder::Big {
-            used.reverse();
-        }
-        let wide = u64::from_le_bytes(wide);
+        let wide = order.unsigned(&bytes[..self.bytes()]);
         let unused = 64 - 8 * self.bytes() as u32;
         match self {
             I8 | I16 | I32 | I64 => Some(((wide << unused) as i64) >> unused),
             _ => i64::try_from(wide).ok(),
         }
+    }
+
+    /// Whether it is a floating-point number.
+    pub(crate) fn is_float(self) -> bool {
+        matches!(
+            self,
+            Sample::F64 | Sample::F32 | Sample::F16 | Sample::IbmF32
+        )
+    }
+
+    /// Writes the number in `one`, of another type, to `out` as one of this type, in native byte order.
+    ///
+    /// # Errors
+    /// The number, if this type has no such integer.
+    pub(crate) fn convert(
+        self,
+        from: Sample,
+        order: ByteOrder,
+        one: &[u8],
+        out: &mut [u8],
+    ) -> std::result::Result<(), f64> {
+        let number = || from.to_f64(order, one);
+        match self {
+            Sample::F64 => out.copy_from_slice(&number().to_ne_bytes()),
+            Sample::F32 => out.copy_from_slice(&(number() as f32).to_ne_bytes()),
+            Sample::Bool => out.fill(u8::from(number() != 0.0)),
+            _ => {
+                let integer = from.to_i64(order, one).ok_or_else(number)?;
+                out.copy_from_slice(&integer.to_le_bytes()[..self.bytes()]);
+                if self.to_i64(ByteOrder::Little, out) != Some(integer) {
+                    return Err(number());
+                }
+                if ByteOrder::NATIVE == ByteOrder::Big {
+                    out.reverse();
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Its name in messages: `f32`, `i16`.
@@ -167,18 +199,14 @@ impl SampleType {
     }
 }
 
+/// A plain copy of what the reader of HDF5 does not follow.
+const COPY: &str = "make a plain copy with h5py: `h5py.File(\"copy.h5\", \"w\")[\"v\"] = \
+                    h5py.File(\"in.h5\")[\"v\"][...]`, with the name of the data set for `v`";
+
 /// How the texts of [`SampleType::Other`] begin, and what can be done about it.
-const WAYS_OUT: [(&str, &str); 5] = [
-    (
-        "a virtual data set",
-        "make a plain copy with h5py: `h5py.File(\"copy.h5\", \"w\")[\"v\"] = h5py.File(\"in.h5\")[\"v\"][...]`, \
-         with the name of the data set for `v`",
-    ),
-    (
-        "samples in another file",
-        "make a plain copy with h5py: `h5py.File(\"copy.h5\", \"w\")[\"v\"] = h5py.File(\"in.h5\")[\"v\"][...]`, \
-         with the name of the data set for `v`",
-    ),
+const WAYS_OUT: [(&str, &str); 6] = [
+    ("a virtual data set", COPY),
+    ("samples in another file", COPY),
     (
         "data compressed by",
         "compress it by gzip, where its filter is installed: `h5repack -f GZIP=4 in.h5 copy.h5`, or with h5py \
@@ -191,6 +219,10 @@ const WAYS_OUT: [(&str, &str); 5] = [
     (
         "complex numbers",
         "store the real part as an array of its own",
+    ),
+    (
+        "functions of type",
+        "export responses over time (function type 1, abscissa type 17)",
     ),
 ];
 
@@ -210,6 +242,15 @@ impl ByteOrder {
     } else {
         ByteOrder::Little
     };
+
+    /// The unsigned number of at most 8 bytes.
+    pub(crate) fn unsigned(self, bytes: &[u8]) -> u64 {
+        let add = |number: u64, byte: &u8| number << 8 | u64::from(*byte);
+        match self {
+            ByteOrder::Little => bytes.iter().rev().fold(0, add),
+            ByteOrder::Big => bytes.iter().fold(0, add),
+        }
+    }
 }
 
 /// IEEE 754 binary16: 1 sign bit, 5 of exponent, 10 of fraction.

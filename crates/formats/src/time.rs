@@ -12,53 +12,33 @@ pub(crate) fn days_before(year: u16) -> i64 {
     365 * (past - 1969) + leap_days - (1969 / 4 - 1969 / 100 + 1969 / 400)
 }
 
+/// Year, month and day of so many days after 1970-01-01.
+///
+/// Years begin in March, so that the leap day is the last one: <https://howardhinnant.github.io/date_algorithms.html>.
+fn civil(days: i64) -> [i64; 3] {
+    let days = days + 719_468;
+    let (era, day) = (days.div_euclid(146_097), days.rem_euclid(146_097));
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let late = i64::from(month >= 10);
+    [400 * era + year + late, month + 3 - 12 * late, day]
+}
+
 /// The time as ISO 8601, with as many digits as it has: `2026-01-01T12:00:00.000000001`.
 pub(crate) fn text(nanoseconds: i64) -> String {
-    let (days, rest) = (
-        nanoseconds.div_euclid(PER_DAY),
-        nanoseconds.rem_euclid(PER_DAY),
-    );
-    // An `i64` reaches from 1677 to 2262.
-    let mut year = 1677;
-    while days_before(year + 1) <= days {
-        year += 1;
-    }
-    let mut day = days - days_before(year);
-    let is_leap = days_before(year + 1) - days_before(year) == 366;
-    let mut month = 0;
-    for length in [
-        31,
-        28 + i64::from(is_leap),
-        31,
-        30,
-        31,
-        30,
-        31,
-        31,
-        30,
-        31,
-        30,
-        31,
-    ] {
-        if day < length {
-            break;
-        }
-        day -= length;
-        month += 1;
-    }
+    let [year, month, day] = civil(nanoseconds.div_euclid(PER_DAY));
+    let rest = nanoseconds.rem_euclid(PER_DAY);
     let (second, fraction) = (rest / PER_SECOND, rest % PER_SECOND);
-    let fraction = match fraction {
-        0 => String::new(),
-        _ => format!(".{fraction:09}").trim_end_matches('0').to_owned(),
-    };
-    format!(
-        "{year:04}-{:02}-{:02}T{:02}:{:02}:{:02}{fraction}",
-        month + 1,
-        day + 1,
-        second / 3600,
-        second / 60 % 60,
-        second % 60
-    )
+    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
+    let whole = format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}");
+    match fraction {
+        0 => whole,
+        _ => format!("{whole}.{fraction:09}")
+            .trim_end_matches('0')
+            .to_owned(),
+    }
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use hdf5_reader::{Attribute, ByteOrder as StoredOrder, Datatype, StringSize};
 
+use super::types;
 use crate::{Attributes, ByteOrder, Sample, Value};
 
 /// Those that are texts or numbers. References, and bytes that are no text, are left out.
@@ -62,34 +63,13 @@ fn numbers(attribute: &Attribute, datatype: &Datatype) -> Option<Value> {
             size,
             signed,
             byte_order,
-        } => {
-            let sample = match (size, signed) {
-                (1, true) => Sample::I8,
-                (2, true) => Sample::I16,
-                (4, true) => Sample::I32,
-                (8, true) => Sample::I64,
-                (1, false) => Sample::U8,
-                (2, false) => Sample::U16,
-                (4, false) => Sample::U32,
-                (8, false) => Sample::U64,
-                _ => return None,
-            };
-            (sample, byte_order)
-        }
+        } => (types::integer(*size, *signed)?, byte_order),
         // PyTables stores booleans as bits.
         Datatype::Bitfield {
             size: 1,
             byte_order,
         } => (Sample::U8, byte_order),
-        Datatype::FloatingPoint { size, byte_order } => {
-            let sample = match size {
-                2 => Sample::F16,
-                4 => Sample::F32,
-                8 => Sample::F64,
-                _ => return None,
-            };
-            (sample, byte_order)
-        }
+        Datatype::FloatingPoint { size, byte_order } => (types::float(*size)?, byte_order),
         _ => return None,
     };
     let order = match order {
@@ -97,16 +77,7 @@ fn numbers(attribute: &Attribute, datatype: &Datatype) -> Option<Value> {
         StoredOrder::BigEndian => ByteOrder::Big,
     };
     let count = usize::try_from(attribute.num_elements().ok()?).ok()?;
-    let bytes = attribute
-        .raw_data
-        .get(..count.checked_mul(sample.bytes())?)?;
-    if bytes.is_empty() {
-        return None;
-    }
-    let each = || bytes.chunks_exact(sample.bytes());
-    let integers: Option<Vec<i64>> = each().map(|one| sample.to_i64(order, one)).collect();
-    Some(match integers {
-        Some(integers) => Value::Integers(integers),
-        None => Value::Numbers(each().map(|one| sample.to_f64(order, one)).collect()),
-    })
+    let len = count.checked_mul(sample.bytes())?;
+    let bytes = attribute.raw_data.get(..len)?;
+    (!bytes.is_empty()).then(|| Value::of_samples(sample, order, bytes))
 }

@@ -6,7 +6,7 @@ use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Datatype};
 
 use super::Walk;
-use crate::{Attributes, Coordinate, Value};
+use crate::{Attributes, Coordinate, Value, Variable};
 
 /// The name of a scale that NetCDF-4 makes for a dimension without coordinates.
 const NO_VARIABLE: &str = "This is a netCDF dimension but not a netCDF variable";
@@ -47,68 +47,63 @@ pub(super) fn scales(parent: &Group, found: &[Attribute], dimensions: usize) -> 
     scales.collect()
 }
 
+/// What a variable is to the dimensions of others.
+struct Scale {
+    name: String,
+    shape: Vec<u64>,
+    /// Its place among the variables that are kept; none for what is only the name of a dimension.
+    place: Option<usize>,
+    is_number: bool,
+}
+
 /// Names the dimensions, finds their coordinates, and drops what is only the name of a dimension.
 pub(super) fn assign(walk: &mut Walk) {
-    let by_address: HashMap<u64, usize> = walk
-        .objects
-        .iter()
-        .enumerate()
-        .filter_map(|(i, object)| Some((object.address?, i)))
-        .collect();
-    let is_name_only: Vec<bool> = walk
-        .variables
-        .iter()
-        .map(|v| is_scale(&v.attributes) && is_name_only(&v.attributes))
-        .collect();
-    // Places of the variables once the mere names are gone.
-    let mut next = 0;
-    let places: Vec<Option<usize>> = is_name_only
-        .iter()
-        .map(|&is_name_only| {
-            (!is_name_only).then(|| {
-                next += 1;
-                next - 1
-            })
-        })
-        .collect();
-    let names: Vec<String> = walk.variables.iter().map(|v| name(&v.path)).collect();
-    let lengths: Vec<Vec<u64>> = walk.variables.iter().map(|v| v.shape()).collect();
-    let is_number: Vec<bool> = walk
-        .variables
-        .iter()
-        .map(|v| v.sample_type.number().is_some())
-        .collect();
+    let addresses = walk.objects.iter().enumerate();
+    let addresses = addresses.filter_map(|(i, object)| Some((object.address?, i)));
+    let by_address: HashMap<u64, usize> = addresses.collect();
+    let mut kept = 0;
+    let scale = |variable: &Variable| {
+        let attributes = &variable.attributes;
+        let is_kept = !(is_scale(attributes) && is_name_only(attributes));
+        kept += usize::from(is_kept);
+        Scale {
+            name: name(&variable.path),
+            shape: variable.shape(),
+            place: is_kept.then(|| kept - 1),
+            is_number: variable.sample_type.number().is_some(),
+        }
+    };
+    let scales: Vec<Scale> = walk.variables.iter().map(scale).collect();
     for (i, (variable, object)) in walk.variables.iter_mut().zip(&walk.objects).enumerate() {
-        let labels = match variable.attributes.get("DIMENSION_LABELS") {
+        let attributes = &mut variable.attributes;
+        let labels = match attributes.get("DIMENSION_LABELS") {
             Some(Value::Texts(labels)) => labels.clone(),
             Some(Value::Text(label)) => vec![label.clone()],
             _ => Vec::new(),
         };
-        let is_own = is_scale(&variable.attributes) && variable.dimensions.len() == 1;
+        let is_scale = is_scale(attributes);
+        let is_own = is_scale && variable.dimensions.len() == 1;
         for (d, dimension) in variable.dimensions.iter_mut().enumerate() {
-            let listed = object.scales.get(d).into_iter().flatten();
-            let mut scales = listed.filter_map(|address| by_address.get(address).copied());
-            let scale = if is_own { Some(i) } else { scales.next() };
+            let mut listed = object.scales.get(d).into_iter().flatten();
+            let listed = listed.find_map(|address| by_address.get(address).copied());
+            let scale = if is_own { Some(i) } else { listed };
+            let scale = scale.map(|scale| &scales[scale]);
             let label = labels.get(d).filter(|label| !label.is_empty()).cloned();
-            dimension.name = label.or_else(|| scale.map(|scale| names[scale].clone()));
-            let Some(scale) = scale else { continue };
-            if lengths[scale] == [dimension.len] && is_number[scale] {
-                dimension.coordinate = places[scale].map(Coordinate::Listed);
-            }
+            dimension.name = label.or_else(|| scale.map(|scale| scale.name.clone()));
+            let fits = |scale: &&Scale| scale.is_number && scale.shape == [dimension.len];
+            let place = scale.filter(fits).and_then(|scale| scale.place);
+            dimension.coordinate = place.map(Coordinate::Listed);
         }
-        let hidden: &[&str] = match is_scale(&variable.attributes) {
-            true => &["CLASS", "NAME", "DIMENSION_LABELS"],
-            false => &["DIMENSION_LABELS"],
-        };
-        variable.attributes.0.retain(|(name, _)| {
-            !hidden.contains(&name.as_str())
-                && !matches!(name.as_str(), "_Netcdf4Dimid" | "_Netcdf4Coordinates")
+        attributes.0.retain(|(name, _)| match name.as_str() {
+            "CLASS" | "NAME" => !is_scale,
+            "DIMENSION_LABELS" | "_Netcdf4Dimid" | "_Netcdf4Coordinates" => false,
+            _ => true,
         });
     }
-    let mut kept = is_name_only.iter().map(|only| !only);
-    walk.variables.retain(|_| kept.next().unwrap_or(true));
-    let mut kept = is_name_only.iter().map(|only| !only);
-    walk.objects.retain(|_| kept.next().unwrap_or(true));
+    let mut is_kept = scales.iter().map(|scale| scale.place.is_some());
+    walk.variables.retain(|_| is_kept.next().unwrap_or(true));
+    let mut is_kept = scales.iter().map(|scale| scale.place.is_some());
+    walk.objects.retain(|_| is_kept.next().unwrap_or(true));
 }
 
 fn is_scale(attributes: &Attributes) -> bool {

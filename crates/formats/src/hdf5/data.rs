@@ -10,10 +10,9 @@ use hdf5_reader::{
 };
 
 use super::explain;
-use crate::{Block, ByteOrder, Decoder, Error, Place, Result, Sample};
+use crate::container::{Block, Decoder};
+use crate::{ByteOrder, Error, Place, Result, Sample};
 
-/// The place of what is not read.
-pub(super) const NOWHERE: Place = Place::Encoded { rows: 1 };
 /// Bytes that are decoded at once where the file has no chunks.
 const SLAB: u64 = 1 << 20;
 
@@ -101,41 +100,35 @@ pub(super) fn has_foreign_fill(dataset: &Dataset, header: &ObjectHeader) -> bool
     !has_own && fill.is_ok_and(|fill| fill.datatype != *dataset.dtype())
 }
 
-/// The characters of a row of MATLAB, if they are few.
-pub(super) fn short_text(dataset: &Dataset) -> Option<String> {
-    const MOST: u64 = 256;
-    let shape = dataset.shape();
-    let count = shape
-        .iter()
-        .try_fold(1u64, |count, len| count.checked_mul(*len))?;
-    let is_row = shape.iter().filter(|len| **len > 1).count() <= 1;
-    if !is_row || !(1..=MOST).contains(&count) {
-        return None;
-    }
-    let all = shape.iter().map(|&end| SliceInfoElem::Slice {
-        start: 0,
-        end,
-        step: 1,
-    });
-    let slice = SliceInfo {
-        selections: all.collect(),
-    };
-    let mut bytes = vec![0; 2 * count as usize];
-    copy::<2>(dataset, &slice, &mut bytes).ok()?;
-    let units = bytes
-        .chunks_exact(2)
-        .map(|unit| u16::from_ne_bytes([unit[0], unit[1]]));
-    String::from_utf16(&units.collect::<Vec<_>>()).ok()
+/// A data set and its path.
+pub(super) struct Stored {
+    pub(super) path: String,
+    pub(super) dataset: Dataset,
 }
 
-/// The data sets of a file with their paths, one for each variable.
-pub(super) struct Datasets(pub(super) Vec<Option<(String, Dataset)>>);
+impl Stored {
+    /// The characters of a row of MATLAB, if they are few.
+    pub(super) fn short_text(&self) -> Option<String> {
+        const MOST: u64 = 256;
+        let shape = self.dataset.shape();
+        let mut lengths = shape.iter();
+        let count = lengths.try_fold(1u64, |count, len| count.checked_mul(*len))?;
+        let is_row = shape.iter().filter(|len| **len > 1).count() <= 1;
+        if !is_row || !(1..=MOST).contains(&count) {
+            return None;
+        }
+        let all: Vec<_> = shape.iter().map(|&len| 0..len).collect();
+        let mut bytes = vec![0; 2 * count as usize];
+        self.read(&all, &mut bytes).ok()?;
+        let units = bytes
+            .chunks_exact(2)
+            .map(|unit| ByteOrder::NATIVE.unsigned(unit) as u16);
+        String::from_utf16(&units.collect::<Vec<_>>()).ok()
+    }
+}
 
-impl Decoder for Datasets {
-    fn read(&self, variable: usize, block: Block, out: &mut [u8]) -> Result<()> {
-        let Some(Some((path, dataset))) = self.0.get(variable) else {
-            unreachable!("what is decoded has a data set");
-        };
+impl Decoder for Stored {
+    fn read(&self, block: Block, out: &mut [u8]) -> Result<()> {
         let selections = block.iter().map(|range| SliceInfoElem::Slice {
             start: range.start,
             end: range.end,
@@ -146,12 +139,12 @@ impl Decoder for Datasets {
         };
         let count: u64 = block.iter().map(|range| range.end - range.start).product();
         let read = match out.len() as u64 / count.max(1) {
-            1 => copy::<1>(dataset, &slice, out),
-            2 => copy::<2>(dataset, &slice, out),
-            4 => copy::<4>(dataset, &slice, out),
-            _ => copy::<8>(dataset, &slice, out),
+            1 => copy::<1>(&self.dataset, &slice, out),
+            2 => copy::<2>(&self.dataset, &slice, out),
+            4 => copy::<4>(&self.dataset, &slice, out),
+            _ => copy::<8>(&self.dataset, &slice, out),
         };
-        read.map_err(|cause| explain(&format!("variable {path}"), &cause))
+        read.map_err(|cause| explain(&format!("variable {}", self.path), &cause))
     }
 }
 

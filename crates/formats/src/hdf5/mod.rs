@@ -16,11 +16,12 @@ use hdf5_reader::messages::HdfMessage;
 use hdf5_reader::object_header::ObjectHeader;
 use hdf5_reader::{Dataset, FilterRegistry, Hdf5File, OpenOptions};
 
+use crate::cursor::beginning;
 use crate::{
     Attributes, Bytes, Container, Dimension, Error, Format, Options, Place, Result, SampleType,
     Variable,
 };
-use data::Datasets;
+use data::Stored;
 use links::Target;
 
 const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
@@ -31,8 +32,8 @@ const MOST_OBJECTS: usize = 100_000;
 const LARGEST_HEADER: usize = 16 << 20;
 const CACHE: usize = 32 << 20;
 
-/// The format of a file with this extension (lower case) and these bytes, if it is one of this module.
-pub(crate) fn detect(_extension: &str, bytes: &[u8]) -> Option<Format> {
+/// The format of these bytes, if it is one of this module.
+pub(crate) fn detect(bytes: &[u8]) -> Option<Format> {
     // A user block moves the signature to 512, 1024, 2048, ..
     let places = std::iter::once(0).chain((9..usize::BITS).map(|power| 1usize << power));
     places
@@ -44,6 +45,10 @@ pub(crate) fn detect(_extension: &str, bytes: &[u8]) -> Option<Format> {
 /// Opens a file of `format`.
 pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container> {
     let len = (*bytes).as_ref().len();
+    if detect((*bytes).as_ref()).is_none() {
+        let found = beginning((*bytes).as_ref());
+        return Err(Error::damaged("byte 0", "the signature of HDF5", found));
+    }
     // Chunks that are larger than a thousand times the file are not data: deflate cannot pack more densely.
     let largest_chunk = len.saturating_mul(1100).max(16 << 20);
     let memory = options.memory.map_or(usize::MAX, |memory| {
@@ -73,21 +78,14 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     walk.group(&root, "", 0)?;
     axes::assign(&mut walk);
     dasdae::assign(&mut walk);
-    let Walk {
-        attributes,
-        objects,
-        variables,
-        ..
-    } = walk;
-    let (mut kept, mut datasets) = (Vec::new(), Vec::new());
-    for (variable, object) in variables.into_iter().zip(objects) {
-        let path = variable.path.clone();
-        kept.push(variable);
-        datasets.push(object.dataset.map(|dataset| (path, dataset)));
+    let mut container = Container::new(format, &bytes);
+    container.attributes = walk.attributes;
+    for (variable, object) in walk.variables.into_iter().zip(walk.objects) {
+        match object.stored {
+            Some(stored) => container.push_decoded(variable, stored),
+            None => container.push(variable),
+        }
     }
-    let mut container = Container::new(format, bytes, Some(Box::new(Datasets(datasets))));
-    container.attributes = attributes;
-    container.variables = kept;
     Ok(container)
 }
 
@@ -120,7 +118,7 @@ struct Walk<'a> {
 struct Object {
     /// Its object header.
     address: Option<u64>,
-    dataset: Option<Dataset>,
+    stored: Option<Stored>,
     /// For each dimension, the object headers of its scales.
     scales: Vec<Vec<u64>>,
 }
@@ -156,7 +154,7 @@ impl Walk<'_> {
                 }
                 Target::File(file) => {
                     let other = format!("a link to the file {file}, which is not followed");
-                    self.push_other(path, other, Vec::new());
+                    self.push_other(path, other);
                 }
             }
             if self.visited.len() > MOST_OBJECTS || self.variables.len() > MOST_OBJECTS {
@@ -183,7 +181,7 @@ impl Walk<'_> {
             Err(cause) => match unsupported(&cause) {
                 Some(other) => {
                     self.visited.insert(address);
-                    self.push_other(path, other, Vec::new());
+                    self.push_other(path, other);
                     return Ok(());
                 }
                 None => return Err(explain(&path, &cause)),
@@ -211,61 +209,49 @@ impl Walk<'_> {
         header: &ObjectHeader,
         path: String,
     ) -> Result<()> {
-        let found = dataset.attributes();
-        let attributes = attributes::read(&found);
-        let scales = axes::scales(parent, &found, dataset.ndim());
-        let is_text = attributes.text("MATLAB_class") == Some("char");
-        if is_text && let Some(text) = data::short_text(&dataset) {
-            // As in MATLAB 5 files.
-            self.attributes
-                .insert_text(path.trim_start_matches('/'), text);
-        }
-        let (sample_type, place) = match types::refusal(header) {
-            Some(other) => (SampleType::Other(other), data::NOWHERE),
-            None if is_text => (SampleType::Other("text".into()), data::NOWHERE),
-            None => {
-                let (sample_type, order) =
-                    types::read(&dataset).map_err(|cause| explain(&path, &cause))?;
-                let place = match sample_type.number() {
-                    Some(sample) => {
-                        data::place(self.file, self.len, &path, &dataset, header, sample, order)?
-                    }
-                    None => data::NOWHERE,
-                };
-                (sample_type, place)
-            }
-        };
-        let is_encoded = matches!(place, Place::Encoded { .. });
-        let is_number = sample_type.number().is_some();
-        let sample_type = match is_number && is_encoded && data::has_foreign_fill(&dataset, header)
-        {
-            true => SampleType::Other("data whose _FillValue has another type".into()),
-            false => sample_type,
-        };
         let dimensions = dataset.shape().iter().map(|&len| Dimension::new(len));
-        self.variables.push(Variable {
-            dimensions: dimensions.collect(),
-            path,
-            sample_type,
-            attributes,
-            place,
-        });
+        let mut variable = Variable::other(path.clone(), dimensions.collect(), "text");
+        let found = dataset.attributes();
+        variable.attributes = attributes::read(&found);
+        let scales = axes::scales(parent, &found, dataset.ndim());
+        let stored = Stored {
+            path: path.clone(),
+            dataset,
+        };
+        let dataset = &stored.dataset;
+        let address = Some(dataset.address());
+        if variable.attributes.text("MATLAB_class") == Some("char") {
+            // As in MATLAB 5 files.
+            let text = stored.short_text().unwrap_or_default();
+            let name = path.trim_start_matches('/');
+            self.attributes.insert_text(name, text);
+        } else {
+            let kind = types::read(dataset, header).map_err(|cause| explain(&path, &cause))?;
+            variable.sample_type = match kind {
+                Err(other) => SampleType::Other(other),
+                Ok((sample, order)) => {
+                    let (file, len) = (self.file, self.len);
+                    variable.place = data::place(file, len, &path, dataset, header, sample, order)?;
+                    let is_decoded = matches!(variable.place, Place::Encoded { .. });
+                    match is_decoded && data::has_foreign_fill(dataset, header) {
+                        true => SampleType::Other("data whose _FillValue has another type".into()),
+                        false => SampleType::Number(sample),
+                    }
+                }
+            };
+        }
+        self.variables.push(variable);
         self.objects.push(Object {
-            address: Some(dataset.address()),
-            dataset: Some(dataset),
+            address,
+            stored: Some(stored),
             scales,
         });
         Ok(())
     }
 
-    fn push_other(&mut self, path: String, other: String, dimensions: Vec<Dimension>) {
-        self.variables.push(Variable {
-            path,
-            dimensions,
-            sample_type: SampleType::Other(other),
-            attributes: Attributes::default(),
-            place: Place::Encoded { rows: 1 },
-        });
+    fn push_other(&mut self, path: String, other: String) {
+        self.variables
+            .push(Variable::other(path, Vec::new(), other));
         self.objects.push(Object::default());
     }
 }

@@ -6,14 +6,14 @@ use hdf5_reader::messages::dataspace::DataspaceType;
 use hdf5_reader::object_header::ObjectHeader;
 use hdf5_reader::{Dataset, Datatype};
 
-use crate::{ByteOrder, Sample, SampleType};
+use crate::{ByteOrder, Sample};
 
 /// Number of the filter.
 pub(super) const LZF: u16 = 32000;
 pub(super) const WAY_OUT: &str = "rewrite it with h5repack, with gzip or without compression";
 
 /// Why the samples behind this header cannot be read, whatever their type.
-pub(super) fn refusal(header: &ObjectHeader) -> Option<String> {
+fn refusal(header: &ObjectHeader) -> Option<String> {
     header.messages.iter().find_map(|message| match message {
         HdfMessage::ExternalFiles(_) => Some("samples in another file, which is not read".into()),
         HdfMessage::Dataspace(space) if space.dataspace_type == DataspaceType::Null => {
@@ -44,55 +44,56 @@ fn is_known(filter: u16) -> bool {
     matches!(filter, 1..=6 | LZF | 32004)
 }
 
-/// The type and byte order of the samples of a data set.
-pub(super) fn read(dataset: &Dataset) -> Result<(SampleType, ByteOrder)> {
-    let other = |what: &str| SampleType::Other(what.to_owned());
-    let stored = match dataset.dtype() {
+/// The type and byte order of the samples of a data set, or what they are instead.
+pub(super) fn read(
+    dataset: &Dataset,
+    header: &ObjectHeader,
+) -> Result<std::result::Result<(Sample, ByteOrder), String>> {
+    if let Some(other) = refusal(header) {
+        return Ok(Err(other));
+    }
+    let other = match dataset.dtype() {
         // The bytes say which bits are used, which the parsed type does not.
         Datatype::FixedPoint { .. }
         | Datatype::FloatingPoint { .. }
-        | Datatype::Bitfield { .. } => dataset.raw_datatype()?,
-        Datatype::Enum { base, members } => {
-            let is_bool = matches!(**base, Datatype::FixedPoint { size: 1, .. })
-                && members.len() == 2
-                && [("FALSE", 0), ("TRUE", 1)].iter().all(|(name, value)| {
-                    let mut members = members.iter();
-                    members.any(|member| member.name == *name && member.value == [*value])
-                });
-            let sample_type = match is_bool {
-                true => SampleType::Number(Sample::Bool),
-                false => other("named values (an enumeration)"),
-            };
-            return Ok((sample_type, ByteOrder::NATIVE));
+        | Datatype::Bitfield { .. } => {
+            let found = number(&dataset.raw_datatype()?);
+            return Ok(found.ok_or_else(|| "numbers of an unusual form".into()));
         }
-        Datatype::String { .. } => return Ok((other("text"), ByteOrder::NATIVE)),
+        Datatype::Enum { base, members } => {
+            let has = |(name, value): (&str, u8)| {
+                let mut members = members.iter();
+                members.any(|member| member.name == name && member.value == [value])
+            };
+            let is_byte = matches!(**base, Datatype::FixedPoint { size: 1, .. });
+            if is_byte && members.len() == 2 && has(("FALSE", 0)) && has(("TRUE", 1)) {
+                return Ok(Ok((Sample::Bool, ByteOrder::NATIVE)));
+            }
+            "named values (an enumeration)"
+        }
         Datatype::Compound { fields, .. } => {
             let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
-            let what = match names[..] {
-                ["r", "i"] | ["real", "imag"] | ["re", "im"] => "complex numbers".to_owned(),
-                _ => format!("a compound type of {}", names.join(", ")),
-            };
-            return Ok((SampleType::Other(what), ByteOrder::NATIVE));
+            match names[..] {
+                ["r", "i"] | ["real", "imag"] | ["re", "im"] => "complex numbers",
+                _ => return Ok(Err(format!("a compound type of {}", names.join(", ")))),
+            }
         }
-        found => {
-            let what = match found {
-                Datatype::VarLen { kind, .. } => match kind {
-                    hdf5_reader::VarLenKind::String => "text",
-                    _ => "rows of different lengths",
-                },
-                Datatype::Reference { .. } => "references",
-                Datatype::Array { .. } => "arrays as samples",
-                _ => "opaque bytes",
-            };
-            return Ok((other(what), ByteOrder::NATIVE));
-        }
+        Datatype::String { .. }
+        | Datatype::VarLen {
+            kind: hdf5_reader::VarLenKind::String,
+            ..
+        } => "text",
+        Datatype::VarLen { .. } => "rows of different lengths",
+        Datatype::Reference { .. } => "references",
+        Datatype::Array { .. } => "arrays as samples",
+        _ => "opaque bytes",
     };
-    Ok(number(&stored).unwrap_or_else(|| (other("numbers of an unusual form"), ByteOrder::NATIVE)))
+    Ok(Err(other.into()))
 }
 
 /// The type that the bytes of a datatype message of an integer, a float or bits describe, if it is one of
 /// the usual ones.
-fn number(stored: &[u8]) -> Option<(SampleType, ByteOrder)> {
+fn number(stored: &[u8]) -> Option<(Sample, ByteOrder)> {
     let flags = u32::from_le_bytes([stored.get(1).copied()?, *stored.get(2)?, *stored.get(3)?, 0]);
     let size = u32::from_le_bytes(stored.get(4..8)?.try_into().ok()?);
     let u16_at = |at: usize| Some(u16::from_le_bytes(stored.get(at..at + 2)?.try_into().ok()?));
@@ -108,30 +109,41 @@ fn number(stored: &[u8]) -> Option<(SampleType, ByteOrder)> {
     let class = stored[0] & 0xf;
     let sample = if class != 1 {
         // Bits count as an unsigned integer: PyTables stores booleans so.
-        match (size, class == 0 && flags & 8 != 0) {
-            (1, true) => Sample::I8,
-            (2, true) => Sample::I16,
-            (4, true) => Sample::I32,
-            (8, true) => Sample::I64,
-            (1, false) => Sample::U8,
-            (2, false) => Sample::U16,
-            (4, false) => Sample::U32,
-            (8, false) => Sample::U64,
-            _ => return None,
-        }
+        integer(size as u8, class == 0 && flags & 8 != 0)?
     } else {
         let bias = u32::from_le_bytes(stored.get(16..20)?.try_into().ok()?);
         // Bit 6 is the byte order of the VAX; the sign is the highest bit; bits 4 and 5 say that the
         // leading bit of the fraction is implied.
         let is_usual =
             flags & 0x40 == 0 && (flags >> 4) & 3 == 2 && (flags >> 8) & 0xff == 8 * size - 1;
-        match (size, &stored[12..16], bias) {
-            _ if !is_usual => return None,
-            (2, [10, 5, 0, 10], 15) => Sample::F16,
-            (4, [23, 8, 0, 23], 127) => Sample::F32,
-            (8, [52, 11, 0, 52], 1023) => Sample::F64,
-            _ => return None,
-        }
+        let is_ieee = matches!(
+            (size, &stored[12..16], bias),
+            (2, [10, 5, 0, 10], 15) | (4, [23, 8, 0, 23], 127) | (8, [52, 11, 0, 52], 1023)
+        );
+        float(size as u8).filter(|_| is_usual && is_ieee)?
     };
-    Some((SampleType::Number(sample), order))
+    Some((sample, order))
+}
+
+/// Integers of so many bytes.
+pub(super) fn integer(size: u8, is_signed: bool) -> Option<Sample> {
+    use Sample::*;
+    let [signed, unsigned] = match size {
+        1 => [I8, U8],
+        2 => [I16, U16],
+        4 => [I32, U32],
+        8 => [I64, U64],
+        _ => return None,
+    };
+    Some(if is_signed { signed } else { unsigned })
+}
+
+/// Floats of so many bytes.
+pub(super) fn float(size: u8) -> Option<Sample> {
+    match size {
+        2 => Some(Sample::F16),
+        4 => Some(Sample::F32),
+        8 => Some(Sample::F64),
+        _ => None,
+    }
 }

@@ -9,58 +9,49 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::container::{Block, Decoder};
+use crate::cursor::Budget;
 use crate::{
-    Attributes, Block, Bytes, Container, Coordinate, Decoder, Dimension, Error, Format, Options,
-    Place, Remark, Result, Sample, SampleType, Value, Variable,
+    Bytes, Container, Coordinate, Dimension, Error, Format, Options, Remark, Result, Sample,
+    SampleType, Value, Variable,
 };
-use scan::{Cell, Frame, Headers};
+use scan::{Cell, Frame, Headers, OTHER_ATOMS};
 use text::{float, id, is_blank, lines, pick, values, wrong};
 use units::Units;
 
 /// Share of the largest extent below which atoms lie in a row.
 const IN_A_ROW: f64 = 1e-6;
 
-/// The format of a file with this extension (lower case) and these bytes, if it is one of this module.
-pub(crate) fn detect(extension: &str, bytes: &[u8]) -> Option<Format> {
-    let begins = bytes.starts_with(b"ITEM: ");
-    // What is compressed begins with a control character.
-    let is_text = bytes
-        .first()
-        .is_some_and(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace());
-    let is_named = is_text && matches!(extension, "lammpstrj" | "dump");
-    (begins || is_named).then_some(Format::Lammps)
+/// The format of these bytes, if it is the one of this module.
+pub(crate) fn detect(bytes: &[u8]) -> Option<Format> {
+    bytes.starts_with(b"ITEM: ").then_some(Format::Lammps)
 }
 
 /// Opens a file of `format`.
 pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container> {
-    let held = Arc::clone(&bytes);
-    let headers = scan::headers((*held).as_ref(), options)?;
-    let first = First::read((*held).as_ref(), &headers, options)?;
-    let units = Units::of(headers.style.as_deref().unwrap_or_default());
-    let mut container_attributes = Attributes::default();
-    container_attributes.insert_text("lammps_units", headers.style.clone().unwrap_or_default());
-    container_attributes.insert_text("boundary", headers.boundary.clone());
+    let mut container = Container::new(format, &bytes);
+    let headers = scan::headers((*bytes).as_ref(), options)?;
+    let first = First::read((*bytes).as_ref(), &headers, options)?;
+    let style = headers.style.clone().unwrap_or_default();
+    let units = Units::of(&style);
+    let attributes = &mut container.attributes;
+    attributes.insert_text("lammps_units", style);
+    attributes.insert_text("boundary", &*headers.boundary);
     let bounds = headers.bounds.concat();
     if !bounds.is_empty() {
-        container_attributes.insert("box_bounds", Value::Numbers(bounds));
+        attributes.insert("box_bounds", Value::Numbers(bounds));
     }
-    let remark = first.wrapped(&headers);
-    let (variables, sources) = list(&headers, &first, units);
-    let decoder = Dump {
-        bytes: held,
-        columns: headers.columns.len(),
-        frames: headers.frames,
+    container.remarks.extend(first.wrapped(&headers));
+    let dump = Arc::new(Dump {
+        bytes,
+        headers,
         first,
-        sources,
-    };
-    if let Some(last) = decoder.frames.last() {
+    });
+    if let Some(last) = dump.headers.frames.last() {
         // The frame that a run did not finish.
-        decoder.each(last, [decoder.first.id_column], |_, _| Ok(()))?;
+        dump.each(last, [dump.first.id_column], |_, _| Ok(()))?;
     }
-    let mut container = Container::new(format, bytes, Some(Box::new(decoder)));
-    container.attributes = container_attributes;
-    container.variables = variables;
-    container.remarks.extend(remark);
+    list(&dump, units, &mut container);
     Ok(container)
 }
 
@@ -97,14 +88,7 @@ impl First {
         let atoms = headers.atoms;
         let per_atom = size_of::<i64>() + size_of::<(i64, usize)>() + 3 * size_of::<f64>();
         let needed = (atoms as u64).saturating_mul(2 * per_atom as u64);
-        if let Some(allowed) = options.memory.filter(|&allowed| needed > allowed) {
-            let what = "the order of the atoms".into();
-            return Err(Error::Memory {
-                what,
-                needed,
-                allowed,
-            });
-        }
+        Budget::new("the order of the atoms", options).take(needed)?;
         let axes = [0, 1, 2].map(|axis| Axis::find(axis, headers));
         let mut numbers = Vec::new();
         let mut ids = Vec::new();
@@ -113,26 +97,24 @@ impl First {
         for row in lines(&bytes[frame.rows.clone()]).filter(|row| !is_blank(row)) {
             let found = values(row).count();
             if ids.len() == atoms || found != columns.len() {
-                return Err(not_a_row(frame, atoms, columns.len(), found));
+                return Err(not_a_row(frame, headers, found));
             }
             numbers.clear();
             for (column, value) in values(row).enumerate() {
                 if column == id_column {
-                    ids.push(id(value, frame.step)?);
+                    ids.push(id(value, frame)?);
                 }
                 let number = float(value);
                 is_text[column] |= number.is_none();
                 numbers.push(number.unwrap_or(f64::NAN));
             }
             for (axis, positions) in axes.iter().zip(&mut positions) {
-                positions.extend(
-                    axis.as_ref()
-                        .map(|axis| axis.position(&numbers, frame.cell.as_deref())),
-                );
+                let cell = frame.cell.as_deref();
+                positions.extend(axis.iter().map(|axis| axis.position(&numbers, cell)));
             }
         }
         if ids.len() != atoms {
-            return Err(not_all(frame, atoms, ids.len()));
+            return Err(frame.damaged(format!("{atoms} atoms"), ids.len()));
         }
         let row = row(&positions);
         let mut order: Vec<usize> = (0..atoms).collect();
@@ -144,7 +126,7 @@ impl First {
         let mut by_id: Vec<(i64, usize)> = ids.iter().copied().zip(0..).collect();
         by_id.sort_unstable();
         if let Some(pair) = by_id.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-            return Err(twice(pair[0].0, frame));
+            return Err(frame.damaged("every atom once", format!("atom {} twice", pair[0].0)));
         }
         let positions = positions.map(|along| {
             (!along.is_empty()).then(|| order.iter().map(|&atom| along[atom]).collect())
@@ -311,213 +293,137 @@ fn row(positions: &[Vec<f64>; 3]) -> Option<usize> {
     rises.then_some(axis)
 }
 
+/// Adds all variables.
+fn list(dump: &Arc<Dump>, units: Units, container: &mut Container) {
+    let (headers, first) = (&dump.headers, &dump.first);
+    let unwrapped = (0..3).filter(|&axis| first.unwraps(axis));
+    // The lists follow the columns.
+    let lists = headers.columns.len() - 1 + unwrapped.clone().count();
+    let id_at = lists + 1 + usize::from(headers.has_times);
+    let mut time = Dimension::new(headers.frames.len() as u64).named("time");
+    time.coordinate = Some(Coordinate::Listed(id_at - 1));
+    let mut atom = Dimension::new(headers.atoms as u64).named("atom");
+    atom.coordinate = first.row.map(|axis| {
+        let before = first.positions[..axis].iter().flatten().count();
+        Coordinate::Listed(id_at + 1 + before)
+    });
+    let stored = headers.columns.iter().enumerate();
+    let stored = stored.filter(|(column, _)| *column != first.id_column);
+    let stored = stored.map(|(column, name)| (name.clone(), Source::Column(column)));
+    let unwrapped = unwrapped.map(|axis| (format!("{}u", LETTERS[axis]), Source::Unwrapped(axis)));
+    for (name, source) in stored.chain(unwrapped) {
+        let (unit, quantity) = units.of_column(&name);
+        let dimensions = vec![time.clone(), atom.clone()];
+        let mut variable = Variable::new(format!("/{name}"), dimensions, Sample::F64);
+        let attributes = &mut variable.attributes;
+        attributes.insert_text("units", unit);
+        attributes.insert_text("standard_name", quantity);
+        match source {
+            Source::Column(column) if first.is_text[column] => {
+                variable.sample_type = SampleType::Other("text".into());
+            }
+            Source::Column(_) => {}
+            Source::Unwrapped(_) => {
+                attributes.insert_text("long_name", "position, unwrapped by the image flags");
+            }
+        }
+        let dump = Arc::clone(dump);
+        container.push_decoded(variable, Column { dump, source });
+    }
+    let variable = |path: &str, dimension: &Dimension, sample, [name, unit]: [&str; 2]| {
+        let mut variable = Variable::new(path, vec![dimension.clone()], sample);
+        variable.attributes.insert_text("long_name", name);
+        variable.attributes.insert_text("units", unit);
+        variable
+    };
+    let step = variable("/step", &time, Sample::I64, ["time step", ""]);
+    let frames = || headers.frames.iter();
+    container.push_list(step, frames().map(|frame| frame.step.to_ne_bytes()));
+    if headers.has_times {
+        let times = variable("/time", &time, Sample::F64, ["time", units.time]);
+        container.push_list(times, frames().map(|frame| frame.time.to_ne_bytes()));
+    }
+    let ids = variable("/id", &atom, Sample::I64, ["id of the atom", ""]);
+    container.push_list(ids, first.ids.iter().map(|id| id.to_ne_bytes()));
+    for (letter, along) in LETTERS.iter().zip(&first.positions) {
+        let texts = ["position in the first frame", units.length];
+        let along = along
+            .iter()
+            .map(|along| along.iter().map(|x| x.to_ne_bytes()));
+        for values in along {
+            let list = variable(&format!("/first/{letter}"), &atom, Sample::F64, texts);
+            container.push_list(list, values);
+        }
+    }
+}
+
+struct Dump {
+    bytes: Bytes,
+    headers: Headers,
+    first: First,
+}
+
 /// Where the samples of a variable come from.
 #[derive(Clone, Copy)]
 enum Source {
     Column(usize),
     /// The position along an axis, unwrapped by image flags.
     Unwrapped(usize),
-    Steps,
-    Times,
-    Ids,
-    Position(usize),
 }
 
-/// All variables, and where their samples come from.
-fn list(headers: &Headers, first: &First, units: Units) -> (Vec<Variable>, Vec<Source>) {
-    let mut listed: Vec<(Variable, Source)> = Vec::new();
-    let columns = headers.columns.len() - 1 + (0..3).filter(|&axis| first.unwraps(axis)).count();
-    let (step_at, time_at, id_at) = (
-        columns,
-        columns + 1,
-        columns + 1 + usize::from(headers.has_times),
-    );
-    let present = |axis: usize| first.positions[..axis].iter().flatten().count();
-    let time = Dimension::new(headers.frames.len() as u64)
-        .named("time")
-        .at(Coordinate::Listed(if headers.has_times {
-            time_at
-        } else {
-            step_at
-        }));
-    let mut atom = Dimension::new(headers.atoms as u64).named("atom");
-    if let Some(axis) = first.row {
-        atom = atom.at(Coordinate::Listed(id_at + 1 + present(axis)));
-    }
-    let stored = headers.columns.iter().enumerate();
-    let stored = stored.filter(|(column, _)| *column != first.id_column);
-    let stored =
-        stored.map(|(column, name)| (name.clone(), first.is_text[column], Source::Column(column)));
-    let unwrapped = (0..3).filter(|&axis| first.unwraps(axis));
-    let unwrapped = unwrapped.map(|axis| {
-        (
-            format!("{}u", LETTERS[axis]),
-            false,
-            Source::Unwrapped(axis),
-        )
-    });
-    for (name, is_text, source) in stored.chain(unwrapped) {
-        let (unit, quantity) = units.of_column(&name);
-        let mut attributes = Attributes::default();
-        attributes.insert_text("units", unit);
-        attributes.insert_text("standard_name", quantity);
-        if matches!(source, Source::Unwrapped(_)) {
-            attributes.insert_text("long_name", "position, unwrapped by the image flags");
-        }
-        let variable = Variable {
-            path: format!("/{name}"),
-            dimensions: vec![time.clone(), atom.clone()],
-            sample_type: match is_text {
-                true => SampleType::Other("text".into()),
-                false => SampleType::Number(Sample::F64),
-            },
-            attributes,
-            place: Place::Encoded { rows: 1 },
-        };
-        listed.push((variable, source));
-    }
-    let mut add = |path: &str, dimension: &Dimension, sample, [name, unit]: [&str; 2], source| {
-        let mut attributes = Attributes::default();
-        attributes.insert_text("long_name", name);
-        attributes.insert_text("units", unit);
-        let variable = Variable {
-            path: path.to_owned(),
-            dimensions: vec![dimension.clone()],
-            sample_type: SampleType::Number(sample),
-            attributes,
-            place: Place::Encoded {
-                rows: dimension.len,
-            },
-        };
-        listed.push((variable, source));
-    };
-    add(
-        "/step",
-        &time,
-        Sample::I64,
-        ["time step", ""],
-        Source::Steps,
-    );
-    if headers.has_times {
-        add(
-            "/time",
-            &time,
-            Sample::F64,
-            ["time", units.time],
-            Source::Times,
-        );
-    }
-    add(
-        "/id",
-        &atom,
-        Sample::I64,
-        ["id of the atom", ""],
-        Source::Ids,
-    );
-    for (axis, letter) in LETTERS.iter().enumerate() {
-        if first.positions[axis].is_some() {
-            let path = format!("/first/{letter}");
-            let texts = ["position in the first frame", units.length];
-            add(&path, &atom, Sample::F64, texts, Source::Position(axis));
-        }
-    }
-    listed.into_iter().unzip()
+/// A number of each atom in each frame.
+struct Column {
+    dump: Arc<Dump>,
+    source: Source,
 }
 
-struct Dump {
-    bytes: Bytes,
-    /// Values of a row.
-    columns: usize,
-    frames: Vec<Frame>,
-    first: First,
-    sources: Vec<Source>,
-}
-
-impl Decoder for Dump {
-    fn read(&self, variable: usize, block: Block, out: &mut [u8]) -> Result<()> {
+impl Decoder for Column {
+    fn read(&self, block: Block, out: &mut [u8]) -> Result<()> {
         let range = |d: usize| block[d].start as usize..block[d].end as usize;
-        match self.sources[variable] {
-            Source::Column(_) | Source::Unwrapped(_) => {
-                let source = self.sources[variable];
-                let atoms = range(1);
-                let rows = out.par_chunks_mut(8 * atoms.len());
-                let decoded = rows
-                    .zip(&self.frames[range(0)])
-                    .map(|(out, frame)| self.frame(frame, source, atoms.clone(), out));
-                decoded.find_first(Result::is_err).unwrap_or(Ok(()))
-            }
-            Source::Steps => {
-                let frames = self.frames[range(0)].iter();
-                put(out, frames.map(|frame| frame.step.to_ne_bytes()))
-            }
-            Source::Times => {
-                let frames = self.frames[range(0)].iter();
-                put(out, frames.map(|frame| frame.time.to_ne_bytes()))
-            }
-            Source::Ids => put(
-                out,
-                self.first.ids[range(0)].iter().map(|id| id.to_ne_bytes()),
-            ),
-            Source::Position(axis) => {
-                let along = self.first.positions[axis].as_deref().unwrap_or_default();
-                put(out, along[range(0)].iter().map(|value| value.to_ne_bytes()))
-            }
-        }
+        let atoms = range(1);
+        let frames = &self.dump.headers.frames[range(0)];
+        let rows = out.par_chunks_mut(8 * atoms.len()).zip(frames);
+        let decoded = rows.map(|(out, frame)| self.frame(frame, atoms.clone(), out));
+        decoded.find_first(Result::is_err).unwrap_or(Ok(()))
     }
 }
 
-fn put(out: &mut [u8], values: impl Iterator<Item = [u8; 8]>) -> Result<()> {
-    for (one, value) in out.chunks_exact_mut(8).zip(values) {
-        one.copy_from_slice(&value);
-    }
-    Ok(())
-}
-
-impl Dump {
-    /// Copies a column of `atoms` of a frame, or their unwrapped positions.
-    fn frame(
-        &self,
-        frame: &Frame,
-        source: Source,
-        atoms: Range<usize>,
-        out: &mut [u8],
-    ) -> Result<()> {
-        let number =
-            |value: &[u8]| float(value).ok_or_else(|| wrong(value, frame.step, "a number"));
+impl Column {
+    /// Copies the numbers of `atoms` of a frame.
+    fn frame(&self, frame: &Frame, atoms: Range<usize>, out: &mut [u8]) -> Result<()> {
+        let number = |value: &[u8]| float(value).ok_or_else(|| wrong(value, frame, "a number"));
         let mut put = |atom: usize, number: f64| {
             if atoms.contains(&atom) {
                 let at = 8 * (atom - atoms.start);
                 out[at..at + 8].copy_from_slice(&number.to_ne_bytes());
             }
         };
-        let unwrapped = match source {
-            Source::Unwrapped(axis) => self.first.axes[axis].as_ref(),
-            _ => None,
-        };
-        match (
-            source,
-            unwrapped.and_then(|axis| Some((axis, axis.images.as_ref()?))),
-        ) {
-            (_, Some((axis, images))) => {
-                let flags = images.columns.map(|column| column.unwrap_or(axis.column));
-                let columns = [axis.column, flags[0], flags[1], flags[2]];
-                let mut row = vec![0.0; self.columns];
-                self.each(frame, columns, |atom, values| {
-                    for (column, value) in columns.into_iter().zip(values) {
-                        row[column] = number(value)?;
-                    }
-                    put(atom, axis.position(&row, frame.cell.as_deref()));
+        let axis = match self.source {
+            Source::Column(column) => {
+                return self.dump.each(frame, [column], |atom, [value]| {
+                    put(atom, number(value)?);
                     Ok(())
-                })
+                });
             }
-            (Source::Column(column), None) => self.each(frame, [column], |atom, [value]| {
-                put(atom, number(value)?);
-                Ok(())
-            }),
-            _ => Ok(()),
-        }
+            Source::Unwrapped(axis) => self.dump.first.axes[axis].as_ref(),
+        };
+        let Some((axis, images)) = axis.and_then(|axis| Some((axis, axis.images.as_ref()?))) else {
+            return Ok(());
+        };
+        let flags = images.columns.map(|column| column.unwrap_or(axis.column));
+        let columns = [axis.column, flags[0], flags[1], flags[2]];
+        let mut row = vec![0.0; self.dump.headers.columns.len()];
+        self.dump.each(frame, columns, |atom, values| {
+            for (column, value) in columns.into_iter().zip(values) {
+                row[column] = number(value)?;
+            }
+            put(atom, axis.position(&row, frame.cell.as_deref()));
+            Ok(())
+        })
     }
+}
 
+impl Dump {
     /// Calls `take` with the place of every atom of a frame and its values in `columns`.
     fn each<const N: usize>(
         &self,
@@ -526,55 +432,34 @@ impl Dump {
         mut take: impl FnMut(usize, [&[u8]; N]) -> Result<()>,
     ) -> Result<()> {
         let bytes = &(*self.bytes).as_ref()[frame.rows.clone()];
-        let atoms = self.first.ids.len();
+        let (all, atoms) = (self.headers.columns.len(), self.headers.atoms);
         let mut is_found = vec![false; atoms];
         let mut found = 0;
         for row in lines(bytes).filter(|row| !is_blank(row)) {
-            let (name, picked) = pick(row, self.columns, self.first.id_column, columns)
-                .map_err(|found| not_a_row(frame, atoms, self.columns, found))?;
-            let id = id(name, frame.step)?;
+            let (name, picked) = pick(row, all, self.first.id_column, columns)
+                .map_err(|found| not_a_row(frame, &self.headers, found))?;
+            let id = id(name, frame)?;
             let Some(atom) = self.first.place(id) else {
-                return Err(Error::unsupported(
-                    format!(
-                        "the frame of time step {} with the atom {id}, which the first lacks",
-                        frame.step
-                    ),
-                    "dump a group whose atoms do not change, or the frames apart",
-                ));
+                let step = frame.step;
+                let what = format!(
+                    "the frame of time step {step} with the atom {id}, which the first lacks"
+                );
+                return Err(Error::unsupported(what, OTHER_ATOMS));
             };
             if std::mem::replace(&mut is_found[atom], true) {
-                return Err(twice(id, frame));
+                return Err(frame.damaged("every atom once", format!("atom {id} twice")));
             }
             found += 1;
             take(atom, picked)?;
         }
         match found == atoms {
             true => Ok(()),
-            false => Err(not_all(frame, atoms, found)),
+            false => Err(frame.damaged(format!("{atoms} atoms"), found)),
         }
     }
 }
 
-fn not_a_row(frame: &Frame, atoms: usize, columns: usize, found: usize) -> Error {
-    Error::damaged(
-        format!("the frame of time step {}", frame.step),
-        format!("{atoms} rows of {columns} values"),
-        format!("another row, of {found} values"),
-    )
-}
-
-fn not_all(frame: &Frame, atoms: usize, found: usize) -> Error {
-    Error::damaged(
-        format!("the frame of time step {}", frame.step),
-        format!("{atoms} atoms"),
-        format!("{found}"),
-    )
-}
-
-fn twice(id: i64, frame: &Frame) -> Error {
-    Error::damaged(
-        format!("the frame of time step {}", frame.step),
-        "every atom once",
-        format!("atom {id} twice"),
-    )
+fn not_a_row(frame: &Frame, headers: &Headers, found: usize) -> Error {
+    let expected = format!("{} rows of {} values", headers.atoms, headers.columns.len());
+    frame.damaged(expected, format!("another row, of {found} values"))
 }

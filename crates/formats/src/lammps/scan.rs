@@ -1,20 +1,18 @@
 //! The frames of a dump: what their headers say, and where their rows are.
 
+use std::fmt::Display;
 use std::ops::Range;
+use std::str::FromStr;
 use std::sync::Arc;
 
-use rayon::prelude::*;
+use memchr::memmem;
 
-use super::text::{is_blank, lines, values};
+use super::text::{float, is_blank, lines, values};
+use crate::cursor::{Budget, beginning};
 use crate::{Error, Options, Result};
 
 const ITEM: &[u8] = b"ITEM: ";
-/// Bytes whose items are found before they are read.
-const WINDOW: usize = 64 << 20;
-/// Bytes that one task searches.
-const PIECE: usize = 1 << 20;
-/// Bytes that are looked at together.
-const STRIDE: usize = 4096;
+pub(super) const OTHER_ATOMS: &str = "dump a group whose atoms do not change, or the frames apart";
 
 /// The edges of a box, each along x, y and z.
 pub(super) type Cell = [[f64; 3]; 3];
@@ -31,8 +29,15 @@ pub(super) struct Frame {
     pub cell: Option<Arc<Cell>>,
 }
 
+impl Frame {
+    pub fn damaged(&self, expected: impl Display, found: impl Display) -> Error {
+        let place = format!("the frame of time step {}", self.step);
+        Error::damaged(place, expected, found)
+    }
+}
+
 /// What the headers of a dump say.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Headers {
     pub frames: Vec<Frame>,
     /// Atoms of every frame.
@@ -46,9 +51,7 @@ pub(super) struct Headers {
     pub boundary: String,
     /// The bounds of the box of the first frame, a row a direction.
     pub bounds: Vec<Vec<f64>>,
-    /// Boxes that differ from that of the frame before.
-    cells: usize,
-    allowed: Option<u64>,
+    budget: Budget,
     /// The header that is being read.
     open: Option<Open>,
 }
@@ -65,45 +68,27 @@ struct Open {
 /// The headers of all frames.
 pub(super) fn headers(bytes: &[u8], options: &Options) -> Result<Headers> {
     if !bytes.starts_with(ITEM) {
-        let found = bytes[..bytes.len().min(20)].escape_ascii().to_string();
-        return Err(Error::damaged("byte 0", "ITEM: ", found));
+        return Err(Error::damaged("byte 0", "ITEM: ", beginning(bytes)));
     }
     let mut headers = Headers {
-        allowed: options.memory,
-        ..Headers::default()
+        frames: Vec::new(),
+        atoms: 0,
+        columns: Vec::new(),
+        style: None,
+        has_times: false,
+        boundary: String::new(),
+        bounds: Vec::new(),
+        budget: Budget::new("the list of frames", options),
+        open: None,
     };
+    let items = memmem::find_iter(bytes, ITEM).filter(|&at| at == 0 || bytes[at - 1] == b'\n');
     let mut start = None;
-    for window in (0..bytes.len()).step_by(WINDOW) {
-        let pieces: Vec<usize> = (window..bytes.len().min(window + WINDOW))
-            .step_by(PIECE)
-            .collect();
-        let found: Vec<Vec<usize>> = pieces
-            .par_iter()
-            .map(|&piece| items(bytes, piece..bytes.len().min(piece + PIECE)))
-            .collect();
-        for at in found.into_iter().flatten() {
-            if let Some(start) = start.replace(at) {
-                headers.item(bytes, start..at)?;
-            }
+    for at in items.chain([bytes.len()]) {
+        if let Some(start) = start.replace(at) {
+            headers.item(bytes, start..at)?;
         }
     }
-    if let Some(start) = start {
-        headers.item(bytes, start..bytes.len())?;
-    }
     headers.end()
-}
-
-/// The bytes within `range` where an item begins.
-fn items(bytes: &[u8], range: Range<usize>) -> Vec<usize> {
-    let begins =
-        |at: &usize| bytes[*at..].starts_with(ITEM) && (*at == 0 || bytes[*at - 1] == b'\n');
-    let strides = range.clone().step_by(STRIDE);
-    strides
-        .map(|from| from..range.end.min(from + STRIDE))
-        // Numbers have no capital I, so that few strides are looked at byte by byte.
-        .filter(|stride| bytes[stride.clone()].contains(&b'I'))
-        .flat_map(|stride| stride.filter(begins))
-        .collect()
 }
 
 impl Headers {
@@ -160,78 +145,61 @@ impl Headers {
     /// Ends a header: its rows follow.
     fn rows(&mut self, columns: &str, bytes: &[u8], rows: Range<usize>) -> Result<()> {
         let columns = columns.split_ascii_whitespace();
-        let Open {
-            step,
-            time,
-            atoms,
-            cell,
-        } = self.open.take().unwrap_or_default();
+        let header = self.open.take().unwrap_or_default();
         let before = format!("byte {}", rows.start);
-        let missing = |what: &str| Error::damaged(before.as_str(), what, "ITEM: ATOMS");
-        let step = step.ok_or_else(|| missing("ITEM: TIMESTEP"))?;
-        let atoms = atoms.ok_or_else(|| missing("ITEM: NUMBER OF ATOMS"))?;
+        let missing = |what: &str| Error::damaged(&before, what, "ITEM: ATOMS");
+        let step = header.step.ok_or_else(|| missing("ITEM: TIMESTEP"))?;
+        let atoms = header
+            .atoms
+            .ok_or_else(|| missing("ITEM: NUMBER OF ATOMS"))?;
         let place = || format!("the frame of time step {step}");
         if self.frames.is_empty() {
             self.columns = columns.map(str::to_owned).collect();
-            self.has_times = time.is_some();
+            self.has_times = header.time.is_some();
             self.atoms = atoms;
         } else if !columns.eq(self.columns.iter().map(String::as_str)) {
-            return Err(Error::unsupported(
-                format!("{} with other columns than the first", place()),
-                "write one file for each selection of columns",
-            ));
+            let what = format!("{} with other columns than the first", place());
+            let way_out = "write one file for each selection of columns";
+            return Err(Error::unsupported(what, way_out));
         } else if atoms != self.atoms {
-            return Err(Error::unsupported(
-                format!(
-                    "{} with {atoms} atoms, the first with {}",
-                    place(),
-                    self.atoms
-                ),
-                "dump a group whose atoms do not change, or the frames apart",
-            ));
+            let what = format!(
+                "{} with {atoms} atoms, the first with {}",
+                place(),
+                self.atoms
+            );
+            return Err(Error::unsupported(what, OTHER_ATOMS));
         }
-        let time = match (self.has_times, time) {
-            (true, None) => {
-                return Err(Error::damaged(place(), "ITEM: TIME", "none"));
-            }
-            (_, time) => time.unwrap_or_default(),
-        };
+        if self.has_times && header.time.is_none() {
+            return Err(Error::damaged(place(), "ITEM: TIME", "none"));
+        }
         // A value and a blank or line end for each column of each atom, so that no claim exceeds the file.
         let least = self.columns.len().max(1).checked_mul(2);
         let least = least.and_then(|row| row.checked_mul(atoms));
         let ends_whole = rows.is_empty() || bytes[rows.end - 1] == b'\n';
         if least.is_none_or(|least| least > rows.len()) || !ends_whole {
-            let found = format!("{} bytes", rows.len());
+            let expected = format!("{atoms} whole rows of {} values", self.columns.len());
             return Err(Error::damaged(
                 place(),
-                format!("{atoms} whole rows of {} values", self.columns.len()),
-                found,
+                expected,
+                format!("{} bytes", rows.len()),
             ));
         }
         let before = self.frames.last().and_then(|frame| frame.cell.clone());
-        let cell = match before.filter(|before| Some(**before) == cell) {
+        let cell = match before.filter(|before| Some(**before) == header.cell) {
             Some(same) => Some(same),
             None => {
-                self.cells += usize::from(cell.is_some());
-                cell.map(Arc::new)
+                let bytes = header.cell.map_or(0, |_| size_of::<Cell>());
+                self.budget.take(bytes as u64)?;
+                header.cell.map(Arc::new)
             }
         };
         self.frames.push(Frame {
             step,
-            time,
+            time: header.time.unwrap_or_default(),
             rows,
             cell,
         });
-        let needed = self.frames.len() * size_of::<Frame>() + self.cells * size_of::<Cell>();
-        let needed = needed as u64;
-        match self.allowed {
-            Some(allowed) if needed > allowed => Err(Error::Memory {
-                what: "the list of frames".into(),
-                needed,
-                allowed,
-            }),
-            _ => Ok(()),
-        }
+        self.budget.take(size_of::<Frame>() as u64)
     }
 
     /// Checks that no frame is cut off.
@@ -247,22 +215,14 @@ impl Headers {
     }
 }
 
-fn number<T: std::str::FromStr>(
-    found: &str,
-    expected: &str,
-    place: impl Fn() -> String,
-) -> Result<T> {
-    found
-        .parse()
-        .map_err(|_| Error::damaged(place(), expected, found))
+fn number<T: FromStr>(found: &str, expected: &str, place: impl Fn() -> String) -> Result<T> {
+    let number = found.parse();
+    number.map_err(|_| Error::damaged(place(), expected, found))
 }
 
 /// The bounds of a box; none if there are not three rows of numbers.
 fn bounds(body: &[u8]) -> Vec<Vec<f64>> {
-    let row = |row: &[u8]| -> Option<Vec<f64>> {
-        let numbers = values(row).map(|value| std::str::from_utf8(value).ok()?.parse().ok());
-        numbers.collect()
-    };
+    let row = |row: &[u8]| -> Option<Vec<f64>> { values(row).map(float).collect() };
     let rows = lines(body).filter(|line| !is_blank(line)).take(3);
     let rows: Option<Vec<Vec<f64>>> = rows.map(row).collect();
     rows.filter(|rows| rows.len() == 3).unwrap_or_default()
@@ -271,11 +231,8 @@ fn bounds(body: &[u8]) -> Vec<Vec<f64>> {
 /// The edges of the box with these bounds: of a tilted one, whose tilts xy, xz and yz stand behind the
 /// bounds of all of it, or of one of any edges, whose origin stands behind them.
 fn cell(bounds: &[Vec<f64>]) -> Option<Cell> {
-    match [
-        &bounds.first()?[..],
-        &bounds.get(1)?[..],
-        &bounds.get(2)?[..],
-    ] {
+    let [x, y, z] = bounds else { return None };
+    match [&x[..], &y[..], &z[..]] {
         [&[x, x1], &[y, y1], &[z, z1]] => {
             Some([[x1 - x, 0.0, 0.0], [0.0, y1 - y, 0.0], [0.0, 0.0, z1 - z]])
         }

@@ -1,5 +1,6 @@
 //! Rows of a dump and the values in them.
 
+use super::scan::Frame;
 use crate::{Error, Result};
 
 /// The lines of `bytes` without their ends.
@@ -53,14 +54,13 @@ pub(super) fn pick<const N: usize>(
 }
 
 /// The number of an atom.
-pub(super) fn id(value: &[u8], step: i64) -> Result<i64> {
+pub(super) fn id(value: &[u8], frame: &Frame) -> Result<i64> {
     let text = std::str::from_utf8(value).ok();
     text.and_then(|text| text.parse().ok())
-        .ok_or_else(|| wrong(value, step, "the id of an atom"))
+        .ok_or_else(|| wrong(value, frame, "the id of an atom"))
 }
 
-/// The error of a value in the frame of time step `step`.
-pub(super) fn wrong(value: &[u8], step: i64, expected: &str) -> Error {
-    let found = value[..value.len().min(40)].escape_ascii().to_string();
-    Error::damaged(format!("the frame of time step {step}"), expected, found)
+/// The error of a value of a frame.
+pub(super) fn wrong(value: &[u8], frame: &Frame, expected: &str) -> Error {
+    frame.damaged(expected, value[..value.len().min(40)].escape_ascii())
 }

@@ -1,8 +1,11 @@
 //! The variables of a file while they are found.
 
-use super::columns::{Source, Stored};
+use crate::container::{Block, Decoder};
+use crate::cursor::Budget;
+use crate::rows::{Strided, misfit};
 use crate::{
-    Attributes, ByteOrder, Dimension, Error, Place, Result, Sample, SampleType, Value, Variable,
+    ByteOrder, Bytes, Container, Dimension, Error, Format, Options, Place, Result, Sample, Value,
+    Variable,
 };
 
 /// Structs and cells of a few bytes each must not fill the memory with their names.
@@ -10,42 +13,50 @@ const MOST_VARIABLES: usize = 1 << 16;
 
 /// The variables of a file while they are found.
 pub(super) struct Listing {
-    pub(super) attributes: Attributes,
-    pub(super) variables: Vec<Variable>,
-    /// One a variable; `None` for what is not decoded.
-    pub(super) stored: Vec<Option<Stored>>,
-    memory: Option<u64>,
-    used: u64,
+    pub(super) container: Container,
+    pub(super) budget: Budget,
+    pub(super) file: Bytes,
+}
+
+/// Where the numbers of an array are: in the file, or in a variable that was inflated.
+#[derive(Clone, Copy)]
+pub(super) struct Part<'a> {
+    pub(super) bytes: &'a [u8],
+    pub(super) order: ByteOrder,
+    /// An inflated variable, and its number from 1.
+    pub(super) inflated: Option<(&'a Bytes, usize)>,
+}
+
+impl Part<'_> {
+    pub(super) fn damaged(
+        &self,
+        at: usize,
+        expected: impl Into<String>,
+        found: impl ToString,
+    ) -> Error {
+        let place = match self.inflated {
+            None => format!("byte {at}"),
+            Some((_, number)) => format!("byte {at} of compressed variable {number}"),
+        };
+        Error::damaged(place, expected.into(), found.to_string())
+    }
 }
 
 impl Listing {
-    pub(super) fn new(memory: Option<u64>) -> Listing {
+    pub(super) fn new(format: Format, file: &Bytes, options: &Options) -> Listing {
         Listing {
-            attributes: Attributes::default(),
-            variables: Vec::new(),
-            stored: Vec::new(),
-            memory,
-            used: 0,
-        }
-    }
-
-    /// Counts memory before it is taken.
-    pub(super) fn count(&mut self, what: &str, bytes: u64) -> Result<()> {
-        self.used = self.used.saturating_add(bytes);
-        match self.memory {
-            Some(allowed) if self.used > allowed => Err(Error::Memory {
-                what: what.to_owned(),
-                needed: self.used,
-                allowed,
-            }),
-            _ => Ok(()),
+            container: Container::new(format, file),
+            budget: Budget::new("the variables of a MATLAB file", options),
+            file: Bytes::clone(file),
         }
     }
 
     /// Lists what holds no numbers.
-    pub(super) fn push_other(&mut self, path: String, shape: &[u64], what: String) -> Result<()> {
-        let place = Place::Encoded { rows: 1 };
-        self.push(path, shape, SampleType::Other(what), place, None)
+    pub(super) fn push_other(&mut self, path: String, shape: &[u64], what: &str) -> Result<()> {
+        self.count(&path, shape)?;
+        let variable = Variable::other(path, dimensions(shape), what);
+        self.container.push(variable);
+        Ok(())
     }
 
     /// Lists a text, one a row, which becomes an attribute too.
@@ -55,96 +66,118 @@ impl Listing {
         shape: &[u64],
         mut rows: Vec<String>,
     ) -> Result<()> {
+        let attributes = &mut self.container.attributes;
         if rows.len() > 1 {
-            self.attributes.insert(path.clone(), Value::Texts(rows));
+            attributes.insert(path.clone(), Value::Texts(rows));
         } else if let Some(text) = rows.pop() {
-            self.attributes.insert_text(path.clone(), text);
+            attributes.insert_text(path.clone(), text);
         }
-        self.push_other(path, shape, "text".into())
+        self.push_other(path, shape, "text")
     }
 
-    /// Lists numbers stored by columns as `disk`, which MATLAB holds as `class`. The caller has checked
-    /// that they lie within their source.
+    /// Lists numbers from byte `start` of `part`, stored by columns as `disk`, which MATLAB holds as `class`. The
+    /// caller has checked that they lie within the part.
     pub(super) fn push_numbers(
         &mut self,
         path: String,
         shape: &[u64],
-        class: Sample,
-        disk: Sample,
-        (source, start, order): (Source, usize, ByteOrder),
+        [class, disk]: [Sample; 2],
+        part: Part,
+        start: usize,
     ) -> Result<()> {
+        self.count(&path, shape)?;
         let is_empty = shape.contains(&0);
         let mut next = disk.bytes() as u64;
-        let strides: Vec<u64> = shape
-            .iter()
-            .map(|len| {
-                // Lengths beside a 0 are free to overflow; those of samples that exist are not.
-                let stride = if is_empty { 0 } else { next };
-                next = next.saturating_mul(*len);
-                stride
-            })
-            .collect();
+        let strides = shape.iter().map(|len| {
+            // Lengths beside a 0 are free to overflow; those of samples that exist are not.
+            let stride = if is_empty { 0 } else { next };
+            next = next.saturating_mul(*len);
+            stride
+        });
+        let strides: Vec<u64> = strides.collect();
+        let (order, start) = (part.order, start as u64);
+        let mut variable = Variable::new(path.clone(), dimensions(shape), class);
         let is_bool = class == Sample::Bool && disk.bytes() == 1;
-        let (place, stored) = if source == Source::File && (disk == class || is_bool) {
-            let place = Place::Strided {
-                start: start as u64,
-                strides,
-                order,
-            };
-            (place, None)
-        } else {
-            // A column is contiguous: a cache line of it at once.
-            let rows = (64 / disk.bytes()) as u64;
-            let stored = Stored {
-                path: path.clone(),
-                source,
+        if part.inflated.is_none() && (disk == class || is_bool) {
+            variable.place = Place::Strided {
                 start,
                 strides,
                 order,
-                disk,
-                class,
             };
-            (Place::Encoded { rows }, Some(stored))
+            self.container.push(variable);
+            return Ok(());
+        }
+        // A column is contiguous: a cache line of it at once.
+        let rows = (64 / disk.bytes()) as u64;
+        variable.place = Place::Encoded { rows };
+        let columns = Columns {
+            path,
+            bytes: Bytes::clone(part.inflated.map_or(&self.file, |(bytes, _)| bytes)),
+            start,
+            strides,
+            order,
+            disk,
+            class,
         };
-        self.push(path, shape, SampleType::Number(class), place, stored)
+        self.container.push_decoded(variable, columns);
+        Ok(())
     }
 
-    fn push(
-        &mut self,
-        path: String,
-        shape: &[u64],
-        sample_type: SampleType,
-        place: Place,
-        stored: Option<Stored>,
-    ) -> Result<()> {
-        if self.variables.len() == MOST_VARIABLES {
+    fn count(&mut self, path: &str, shape: &[u64]) -> Result<()> {
+        if self.container.variables.len() == MOST_VARIABLES {
             return Err(Error::unsupported(
                 format!("a file of more than {MOST_VARIABLES} arrays"),
                 "save those that are needed to a file of their own",
             ));
         }
         let names = 2 * path.len() + shape.len() * size_of::<Dimension>();
-        self.count("the list of variables", (256 + names) as u64)?;
-        self.variables.push(Variable {
-            path,
-            dimensions: shape.iter().map(|len| Dimension::new(*len)).collect(),
-            sample_type,
-            attributes: Attributes::default(),
-            place,
-        });
-        self.stored.push(stored);
-        Ok(())
+        self.budget.take((256 + names) as u64)
     }
 }
 
-/// How many samples an array has; an error beyond a `u64`.
-pub(super) fn count(shape: &[u64], place: impl Fn() -> String) -> Result<u64> {
-    let count = shape.iter().try_fold(1u64, |n, len| n.checked_mul(*len));
-    count.ok_or_else(|| Error::damaged(place(), "lengths of dimensions", format!("{shape:?}")))
+fn dimensions(shape: &[u64]) -> Vec<Dimension> {
+    shape.iter().map(|len| Dimension::new(*len)).collect()
+}
+
+/// An array that is decoded. All of it lies within its bytes.
+struct Columns {
+    path: String,
+    bytes: Bytes,
+    start: u64,
+    strides: Vec<u64>,
+    order: ByteOrder,
+    /// Type of the stored numbers.
+    disk: Sample,
+    /// Type that MATLAB gives them.
+    class: Sample,
+}
+
+impl Decoder for Columns {
+    fn read(&self, block: Block, out: &mut [u8]) -> Result<()> {
+        let stored = Strided {
+            start: self.start,
+            strides: &self.strides,
+            order: self.order,
+            sample: self.disk,
+        };
+        let copied = stored.copy((*self.bytes).as_ref(), block, self.class, out);
+        copied.map_err(|number| misfit(&self.path, self.class, number))
+    }
+}
+
+/// How many samples an array has; none beyond a `u64`.
+pub(super) fn count(shape: &[u64]) -> Option<u64> {
+    shape.iter().try_fold(1u64, |n, len| n.checked_mul(*len))
 }
 
 /// Characters stored by columns as rows; those of a rank beyond 2 are none.
-pub(super) fn rows_of_text(shape: &[u64], text: &[char], place: String) -> Result<Vec<String>> {
+///
+/// # Errors
+/// What is expected, if there are more or fewer.
+pub(super) fn rows_of_text(
+    shape: &[u64],
+    text: &[char],
+) -> std::result::Result<Vec<String>, String> {
     let &[rows, columns] = shape else {
         return Ok(Vec::new());
     };
@@ -152,9 +185,7 @@ pub(super) fn rows_of_text(shape: &[u64], text: &[char], place: String) -> Resul
         return Ok(vec![text.iter().collect()]);
     }
     if rows.checked_mul(columns) != Some(text.len() as u64) {
-        let expected = format!("{rows} rows of {columns} characters");
-        let found = format!("{} characters", text.len());
-        return Err(Error::damaged(place, expected, found));
+        return Err(format!("{rows} rows of {columns} characters"));
     }
     let rows = if text.is_empty() { 0 } else { rows as usize };
     let row = |i| text.iter().skip(i).step_by(rows).collect();

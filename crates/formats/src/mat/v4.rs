@@ -1,10 +1,17 @@
 //! Version 4: matrices, each behind a header of 20 bytes and its name.
 
-use super::columns::Source;
-use super::listing::{Listing, count, rows_of_text};
+use super::listing::{Listing, Part, count, rows_of_text};
 use crate::{ByteOrder, Error, Result, Sample};
 
 const HEADER: usize = 20;
+const SAMPLES: [Sample; 6] = [
+    Sample::F64,
+    Sample::F32,
+    Sample::I32,
+    Sample::I16,
+    Sample::U16,
+    Sample::U8,
+];
 
 /// Header of a matrix.
 struct Header {
@@ -25,7 +32,7 @@ enum Kind {
 }
 
 /// Whether the bytes begin with a header whose matrix they hold.
-pub(super) fn is_header(bytes: &[u8]) -> bool {
+pub(crate) fn is_header(bytes: &[u8]) -> bool {
     let Ok(header) = Header::parse(bytes, 0) else {
         return false;
     };
@@ -54,22 +61,28 @@ pub(super) fn list(bytes: &[u8], listing: &mut Listing) -> Result<()> {
         let name = bytes[at + HEADER..start].split(|c| *c == 0).next();
         let path = String::from_utf8_lossy(name.unwrap_or_default()).into_owned();
         let shape = &header.shape;
+        let part = Part {
+            bytes,
+            order: header.order,
+            inflated: None,
+        };
         if header.kind == Kind::Sparse {
-            listing.push_other(path, shape, "a sparse matrix".into())?;
+            listing.push_other(path, shape, "a sparse matrix")?;
         } else if header.is_complex {
-            listing.push_other(path, shape, "complex numbers".into())?;
+            listing.push_other(path, shape, "complex numbers")?;
         } else if header.kind == Kind::Text {
             // At worst each character is a `String`.
-            listing.count("text", 40 * (end - start) as u64)?;
+            listing.budget.take(40 * (end - start) as u64)?;
             let codes = bytes[start..end].chunks_exact(header.sample.bytes());
             let character = |code| header.sample.to_f64(header.order, code) as u32;
             let character = |code| char::from_u32(character(code)).unwrap_or('\u{fffd}');
             let text: Vec<char> = codes.map(character).collect();
-            let rows = rows_of_text(shape, &text, format!("byte {start}"))?;
+            let found = format!("{} characters", text.len());
+            let rows = rows_of_text(shape, &text);
+            let rows = rows.map_err(|expected| part.damaged(start, expected, found))?;
             listing.push_text(path, shape, rows)?;
         } else {
-            let place = (Source::File, start, header.order);
-            listing.push_numbers(path, shape, header.sample, header.sample, place)?;
+            listing.push_numbers(path, shape, [header.sample; 2], part, start)?;
         }
         at = end;
     }
@@ -96,8 +109,10 @@ impl Header {
         };
         let kind = word(order, 0);
         let refused = |what: &str| {
-            let way_out = "save it again with MATLAB 5 or later";
-            Err(Error::unsupported(what, way_out))
+            Err(Error::unsupported(
+                what,
+                "save it again with MATLAB 5 or later",
+            ))
         };
         match (kind / 1000, order) {
             (0, ByteOrder::Little) | (1, ByteOrder::Big) => {}
@@ -105,20 +120,11 @@ impl Header {
             (4, _) => return refused("a MATLAB 4 file with numbers of a Cray"),
             _ => return Err(damaged("the type of a matrix", kind.to_string())),
         }
-        let sample = match kind / 10 % 100 {
-            0 => Sample::F64,
-            1 => Sample::F32,
-            2 => Sample::I32,
-            3 => Sample::I16,
-            4 => Sample::U16,
-            5 => Sample::U8,
-            _ => return Err(damaged("the type of a matrix", kind.to_string())),
-        };
-        let kind = match kind % 10 {
-            0 => Kind::Full,
-            1 => Kind::Text,
-            2 => Kind::Sparse,
-            _ => return Err(damaged("the type of a matrix", kind.to_string())),
+        let sample = SAMPLES.get((kind / 10 % 100) as usize);
+        let kinds = [Kind::Full, Kind::Text, Kind::Sparse].into_iter();
+        let matrix = kinds.into_iter().nth((kind % 10) as usize);
+        let (Some(&sample), Some(matrix)) = (sample, matrix) else {
+            return Err(damaged("the type of a matrix", kind.to_string()));
         };
         let length = |i| {
             let length = word(order, i);
@@ -133,7 +139,7 @@ impl Header {
         Ok(Header {
             order,
             sample,
-            kind,
+            kind: matrix,
             shape: [length(1)?, length(2)?],
             is_complex,
             name_len: usize::try_from(name_len)
@@ -148,7 +154,7 @@ impl Header {
         } else {
             1
         };
-        let count = count(&self.shape, String::new).ok()?;
+        let count = count(&self.shape)?;
         let bytes = count.checked_mul(parts * self.sample.bytes() as u64)?;
         let start = at.checked_add(HEADER)?.checked_add(self.name_len)?;
         start.checked_add(usize::try_from(bytes).ok()?)

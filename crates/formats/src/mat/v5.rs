@@ -2,13 +2,14 @@
 
 use std::io::Read;
 use std::ops::Range;
+use std::sync::Arc;
 
 use flate2::read::ZlibDecoder;
 use rayon::prelude::*;
 
-use super::columns::Source;
-use super::listing::{Listing, count, rows_of_text};
-use crate::{ByteOrder, Error, Result, Sample};
+use super::listing::{Listing, Part, count, rows_of_text};
+use crate::cursor::beginning;
+use crate::{ByteOrder, Bytes, Error, Result, Sample};
 
 const HEADER: usize = 128;
 /// Structs and cells within each other.
@@ -47,108 +48,112 @@ fn byte_order(bytes: &[u8]) -> Option<ByteOrder> {
     }
 }
 
-/// Lists the variables of a file and returns those that were inflated.
-pub(super) fn list(bytes: &[u8], listing: &mut Listing) -> Result<Vec<Vec<u8>>> {
+/// Lists the variables of a file.
+pub(super) fn list(bytes: &[u8], listing: &mut Listing) -> Result<()> {
     let Some(order) = byte_order(bytes) else {
-        let found = bytes.get(124..HEADER);
-        let found = found.map_or("the end of the file".into(), |found| format!("{found:?}"));
-        let expected = "version 1 and the mark of the byte order";
-        return Err(Error::damaged("byte 124", expected, found));
+        let expected = "version 1 of MATLAB 5 and the mark of the byte order";
+        return Err(Error::damaged("byte 124", expected, beginning(bytes)));
     };
     let text = String::from_utf8_lossy(&bytes[..116]);
     let text = text.trim_end_matches(['\0', ' ']);
-    listing.attributes.insert_text("header", text);
+    listing.container.attributes.insert_text("header", text);
 
     let file = Part {
         bytes,
-        source: Source::File,
         order,
+        inflated: None,
     };
-    let elements = file.top_level()?;
+    let mut all = Elements {
+        part: file,
+        rest: HEADER..bytes.len(),
+    };
+    let mut elements = Vec::new();
+    while !all.rest.is_empty() {
+        elements.push(all.next("a variable")?);
+    }
     let mut compressed = Vec::new();
     for element in elements.iter().filter(|e| e.kind == COMPRESSED) {
         let deflated = &bytes[element.range.clone()];
         let len = inflated_len(deflated, order, element.range.start)?;
-        listing.count("inflating a variable", len)?;
+        listing.budget.take(len)?;
         compressed.push((deflated, len, element.range.start));
     }
     let inflated = compressed
         .par_iter()
         .map(|(deflated, len, at)| inflate(deflated, *len, *at))
-        .collect::<Result<Vec<_>>>()?;
+        .collect::<Result<Vec<Bytes>>>()?;
 
-    let mut next = 0;
+    let mut inflated = inflated.iter().zip(1..);
     for element in elements {
-        if element.kind == COMPRESSED {
-            let part = Part {
-                bytes: &inflated[next],
-                source: Source::Inflated(next),
-                order,
-            };
-            next += 1;
-            part.matrix(8..part.bytes.len(), None, 0, listing)?;
-        } else if element.kind == MATRIX {
-            file.matrix(element.range, None, 0, listing)?;
-        } else {
-            let found = format!("an element of type {}", element.kind);
-            return Err(file.damaged(element.range.start, "a matrix", found));
+        match element.kind {
+            MATRIX => file.matrix(element.range, None, 0, listing)?,
+            COMPRESSED => {
+                let Some((own, number)) = inflated.next() else {
+                    continue;
+                };
+                let part = Part {
+                    bytes: (**own).as_ref(),
+                    inflated: Some((own, number)),
+                    ..file
+                };
+                part.matrix(8..part.bytes.len(), None, 0, listing)?;
+            }
+            other => {
+                let found = format!("an element of type {other}");
+                return Err(file.damaged(element.range.start, "a matrix", found));
+            }
         }
     }
-    Ok(inflated)
+    Ok(())
 }
 
 /// Bytes of a compressed matrix with its tag.
 fn inflated_len(deflated: &[u8], order: ByteOrder, at: usize) -> Result<u64> {
     let mut tag = [0; 8];
-    let place = || format!("byte {at}");
-    ZlibDecoder::new(deflated)
-        .read_exact(&mut tag)
-        .map_err(|e| Error::damaged(place(), "a compressed matrix", e.to_string()))?;
+    let damaged = |expected: String, found: String| {
+        Err(Error::damaged(format!("byte {at}"), expected, found))
+    };
+    let read = ZlibDecoder::new(deflated).read_exact(&mut tag);
     let [kind, len] = [word(order, &tag), word(order, &tag[4..])];
-    if kind != MATRIX {
-        let found = format!("an element of type {kind}");
-        return Err(Error::damaged(place(), "a compressed matrix", found));
+    match read {
+        Err(error) => return damaged("a compressed matrix".into(), error.to_string()),
+        Ok(()) if kind != MATRIX => {
+            let found = format!("an element of type {kind}");
+            return damaged("a compressed matrix".into(), found);
+        }
+        Ok(()) => {}
     }
     let len = u64::from(len) + 8;
     if len > MOST_INFLATION * deflated.len() as u64 {
         let expected = format!("at most {MOST_INFLATION} bytes for one that is compressed");
-        return Err(Error::damaged(place(), expected, format!("{len} bytes")));
+        return damaged(expected, format!("{len} bytes"));
     }
     Ok(len)
 }
 
-fn inflate(deflated: &[u8], len: u64, at: usize) -> Result<Vec<u8>> {
+fn inflate(deflated: &[u8], len: u64, at: usize) -> Result<Bytes> {
     let mut out = Vec::new();
     // One more, so that the end of the stream and its checksum are read.
-    let reserved = usize::try_from(len + 1)
-        .ok()
-        .and_then(|len| out.try_reserve_exact(len).ok());
-    if reserved.is_none() {
-        return Err(Error::Memory {
-            what: "inflating a variable".into(),
-            needed: len,
-            allowed: 0,
-        });
-    }
-    let damaged =
-        |found: String| Error::damaged(format!("byte {at}"), format!("{len} bytes"), found);
+    let most = usize::try_from(len + 1).unwrap_or(usize::MAX);
+    out.try_reserve_exact(most).map_err(|_| Error::Memory {
+        what: "inflating a variable".into(),
+        needed: len,
+        allowed: 0,
+    })?;
     let read = ZlibDecoder::new(deflated)
         .take(len + 1)
         .read_to_end(&mut out);
-    read.map_err(|e| damaged(e.to_string()))?;
-    match out.len() as u64 {
-        found if found < len => Err(damaged(found.to_string())),
-        found if found > len => Err(damaged("more".into())),
-        _ => Ok(out),
-    }
-}
-
-/// A file or an inflated variable.
-#[derive(Clone, Copy)]
-struct Part<'a> {
-    bytes: &'a [u8],
-    source: Source,
-    order: ByteOrder,
+    let found = match (read, out.len() as u64) {
+        (Err(error), _) => error.to_string(),
+        (_, found) if found == len => return Ok(Arc::new(out)),
+        (_, found) if found > len => "more".into(),
+        (_, found) => found.to_string(),
+    };
+    Err(Error::damaged(
+        format!("byte {at}"),
+        format!("{len} bytes"),
+        found,
+    ))
 }
 
 /// An element without its tag.
@@ -171,32 +176,9 @@ struct Header {
     shape: Vec<u64>,
 }
 
-impl<'a> Part<'a> {
-    fn damaged(&self, at: usize, expected: impl Into<String>, found: impl Into<String>) -> Error {
-        Error::damaged(self.place(at), expected, found)
-    }
-
-    fn place(&self, at: usize) -> String {
-        match self.source {
-            Source::File => format!("byte {at}"),
-            Source::Inflated(i) => format!("byte {at} of compressed variable {}", i + 1),
-        }
-    }
-
+impl Part<'_> {
     fn word(&self, at: usize) -> u32 {
         word(self.order, &self.bytes[at..])
-    }
-
-    fn top_level(self) -> Result<Vec<Element>> {
-        let mut elements = Elements {
-            part: self,
-            rest: HEADER..self.bytes.len(),
-        };
-        let mut all = Vec::new();
-        while !elements.rest.is_empty() {
-            all.push(elements.next("a variable")?);
-        }
-        Ok(all)
     }
 
     /// Lists a matrix, or what a struct or cell array holds, under `path`, or under its own name.
@@ -214,14 +196,8 @@ impl<'a> Part<'a> {
         };
         if elements.rest.is_empty() {
             // `[]` in a struct or cell array.
-            let place = (self.source, at, self.order);
-            return listing.push_numbers(
-                path.unwrap_or_default(),
-                &[0, 0],
-                Sample::F64,
-                Sample::F64,
-                place,
-            );
+            let path = path.unwrap_or_default();
+            return listing.push_numbers(path, &[0, 0], [Sample::F64; 2], self, at);
         }
         let flags = elements.next("flags of an array")?;
         if flags.kind != UINT32 || flags.range.len() != 8 {
@@ -246,15 +222,15 @@ impl<'a> Part<'a> {
         if path.is_empty() {
             // What MATLAB keeps about objects of other variables.
             let path = "__function_workspace__".into();
-            return listing.push_other(path, shape, "data of objects".into());
+            return listing.push_other(path, shape, "data of objects");
         }
         match class {
             1 => elements.cells(&header, path, depth, listing),
             2 => elements.structs(&header, path, depth, listing),
-            3 | 17 => listing.push_other(path, shape, "an object".into()),
+            3 | 17 => listing.push_other(path, shape, "an object"),
             4 => elements.characters(&header, path, listing),
-            5 => listing.push_other(path, shape, "a sparse matrix".into()),
-            16 => listing.push_other(path, shape, "a function handle".into()),
+            5 => listing.push_other(path, shape, "a sparse matrix"),
+            16 => listing.push_other(path, shape, "a function handle"),
             6..=15 => elements.numbers(&header, path, listing),
             _ => Err(self.damaged(at, "a class of 1 to 17", class.to_string())),
         }
@@ -315,8 +291,10 @@ impl Elements<'_> {
             Err(_) => Err(part.damaged(at, "a length of 0 or more", (length as i32).to_string())),
         };
         let shape = lengths.map(length).collect::<Result<Vec<_>>>()?;
-        count(&shape, || part.place(at))?;
-        Ok(shape)
+        match count(&shape) {
+            Some(_) => Ok(shape),
+            None => Err(part.damaged(at, "lengths of dimensions", format!("{shape:?}"))),
+        }
     }
 
     fn text(&mut self, expected: &str) -> Result<String> {
@@ -348,7 +326,7 @@ impl Elements<'_> {
         let cells: u64 = header.shape.iter().product();
         if cells > MOST_MEMBERS || depth == MOST_DEPTH {
             let what = format!("a cell array of {cells} arrays");
-            return listing.push_other(path, &header.shape, what);
+            return listing.push_other(path, &header.shape, &what);
         }
         for i in 1..=cells {
             self.member(format!("{path}{{{i}}}"), depth, listing)?;
@@ -384,7 +362,7 @@ impl Elements<'_> {
         let members = structs.saturating_mul(fields);
         if members > MOST_MEMBERS || members == 0 || depth == MOST_DEPTH {
             let what = format!("an array of {structs} structs of {fields} fields");
-            return listing.push_other(path, &header.shape, what);
+            return listing.push_other(path, &header.shape, &what);
         }
         for i in 1..=structs {
             for name in names.chunks_exact(name_len) {
@@ -408,16 +386,17 @@ impl Elements<'_> {
         let at = element.range.start;
         let bytes = &self.part.bytes[element.range];
         // At worst each character is a `String`.
-        listing.count("text", (bytes.len() as u64).saturating_mul(40))?;
+        listing
+            .budget
+            .take((bytes.len() as u64).saturating_mul(40))?;
         let order = self.part.order;
-        let text: Vec<char> = match element.kind {
-            INT8 | UTF8 => String::from_utf8_lossy(bytes).chars().collect(),
+        let text: String = match element.kind {
+            INT8 | UTF8 => String::from_utf8_lossy(bytes).into_owned(),
             UINT8 => bytes.iter().map(|byte| char::from(*byte)).collect(),
             UINT16 | UTF16 => {
-                let units = bytes.chunks_exact(2).map(|unit| match order {
-                    ByteOrder::Little => u16::from_le_bytes([unit[0], unit[1]]),
-                    ByteOrder::Big => u16::from_be_bytes([unit[0], unit[1]]),
-                });
+                let units = bytes
+                    .chunks_exact(2)
+                    .map(|unit| order.unsigned(unit) as u16);
                 let characters = char::decode_utf16(units);
                 characters
                     .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
@@ -436,46 +415,42 @@ impl Elements<'_> {
                 return Err(self.part.damaged(at, "characters", found));
             }
         };
-        let rows = rows_of_text(shape, &text, self.part.place(at))?;
+        let text: Vec<char> = text.chars().collect();
+        let found = format!("{} characters", text.len());
+        let rows = rows_of_text(shape, &text);
+        let rows = rows.map_err(|expected| self.part.damaged(at, expected, found))?;
         listing.push_text(path, shape, rows)
     }
 
     fn numbers(mut self, header: &Header, path: String, listing: &mut Listing) -> Result<()> {
+        use Sample::*;
+        /// Of the classes from 6 to 15.
+        const CLASSES: [Sample; 10] = [F64, F32, I8, U8, I16, U16, I32, U32, I64, U64];
         let shape = &header.shape;
         if header.is_complex {
-            return listing.push_other(path, shape, "complex numbers".into());
+            return listing.push_other(path, shape, "complex numbers");
         }
-        let class = match header.class {
-            _ if header.is_logical => Sample::Bool,
-            6 => Sample::F64,
-            7 => Sample::F32,
-            8 => Sample::I8,
-            9 => Sample::U8,
-            10 => Sample::I16,
-            11 => Sample::U16,
-            12 => Sample::I32,
-            13 => Sample::U32,
-            14 => Sample::I64,
-            _ => Sample::U64,
+        let class = match header.is_logical {
+            true => Bool,
+            false => CLASSES[usize::from(header.class) - 6],
         };
         let count: u64 = shape.iter().product();
         if count == 0 {
-            let place = (self.part.source, self.rest.start, self.part.order);
-            return listing.push_numbers(path, shape, class, class, place);
+            return listing.push_numbers(path, shape, [class; 2], self.part, self.rest.start);
         }
         let element = self.next("numbers")?;
         let start = element.range.start;
         let disk = match element.kind {
-            INT8 => Sample::I8,
-            UINT8 => Sample::U8,
-            3 => Sample::I16,
-            UINT16 => Sample::U16,
-            INT32 => Sample::I32,
-            UINT32 => Sample::U32,
-            7 => Sample::F32,
-            9 => Sample::F64,
-            12 => Sample::I64,
-            13 => Sample::U64,
+            INT8 => I8,
+            UINT8 => U8,
+            3 => I16,
+            UINT16 => U16,
+            INT32 => I32,
+            UINT32 => U32,
+            7 => F32,
+            9 => F64,
+            12 => I64,
+            13 => U64,
             other => {
                 let found = format!("an element of type {other}");
                 return Err(self.part.damaged(start, "numbers", found));
@@ -486,23 +461,17 @@ impl Elements<'_> {
             let found = format!("{} bytes", element.range.len());
             return Err(self.part.damaged(start, expected, found));
         }
-        let is_float = |sample| matches!(sample, Sample::F64 | Sample::F32);
-        if is_float(disk) && !is_float(class) && class != Sample::Bool {
+        if disk.is_float() && !class.is_float() && class != Bool {
             let what = format!("{} stored as {}", class.name(), disk.name());
-            return listing.push_other(path, shape, what);
+            return listing.push_other(path, shape, &what);
         }
-        let place = (self.part.source, start, self.part.order);
-        listing.push_numbers(path, shape, class, disk, place)
+        listing.push_numbers(path, shape, [class, disk], self.part, start)
     }
 }
 
 /// The first four bytes as a number.
 fn word(order: ByteOrder, bytes: &[u8]) -> u32 {
-    let four = [bytes[0], bytes[1], bytes[2], bytes[3]];
-    match order {
-        ByteOrder::Little => u32::from_le_bytes(four),
-        ByteOrder::Big => u32::from_be_bytes(four),
-    }
+    order.unsigned(&bytes[..4]) as u32
 }
 
 fn until_zero(name: &[u8]) -> String {
@@ -533,7 +502,11 @@ mod tests {
 
     #[test]
     fn regress_inflation_is_bounded() {
-        let refused = |len, memory| list(&bomb(len), &mut Listing::new(memory)).unwrap_err();
+        let refused = |len, memory| {
+            let file: Bytes = Arc::new(bomb(len));
+            let options = crate::Options { memory };
+            crate::mat::open(crate::Format::Mat5, file, &options).unwrap_err()
+        };
         let memory = refused(16 << 20, Some(1 << 20));
         assert!(matches!(memory, Error::Memory { .. }), "{memory}");
         for (len, why) in [(1 << 10, "found more"), (u32::MAX, "at most 1032 bytes")] {

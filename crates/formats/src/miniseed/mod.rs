@@ -3,15 +3,17 @@
 mod record;
 mod steim;
 
-use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::Arc;
 
+use indexmap::IndexMap;
 use rayon::prelude::*;
 
+use crate::container::{Block, Decoder};
+use crate::cursor::Budget;
+use crate::sets::{Alike, Sets, Traits, others, sets, variables};
 use crate::{
-    Attributes, Block, Bytes, Container, Coordinate, Decoder, Dimension, Error, Format, Options,
-    Place, Remark, Result, Sample, SampleType, Value, Variable, time,
+    Bytes, Container, Coordinate, Dimension, Error, Format, Options, Remark, Result, Sample,
+    SampleType, Value, Variable, time,
 };
 use record::{Encoding, Record};
 
@@ -19,11 +21,10 @@ use record::{Encoding, Record};
 const RATE_TOLERANCE: f64 = 1e-4;
 const WAY_OUT: &str = "fill or cut the traces with `Stream.merge` and `Stream.trim` of ObsPy";
 
-/// The format of a file with this extension (lower case) and these bytes, if it is one of this module.
-pub(crate) fn detect(extension: &str, bytes: &[u8]) -> Option<Format> {
+/// The format of these bytes, if it is one of this module.
+pub(crate) fn detect(bytes: &[u8]) -> Option<Format> {
     let is_record = record::is_version_2(bytes) || record::is_version_3(bytes);
-    let is_named = matches!(extension, "mseed" | "miniseed" | "msd" | "mseed3");
-    (is_record || is_named || record::is_volume(bytes)).then_some(Format::MiniSeed)
+    (is_record || record::is_volume(bytes)).then_some(Format::MiniSeed)
 }
 
 /// Records of one name that follow one another.
@@ -35,142 +36,76 @@ struct Trace {
     len: u64,
 }
 
-/// What traces of one variable have in common.
-#[derive(Debug, PartialEq, Eq, Hash)]
-struct Key {
-    sample: Sample,
-    rate: u64,
-    start: i64,
-    len: u64,
-}
-
 /// Opens a file of `format`.
 pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container> {
-    let held = Arc::clone(&bytes);
-    let found = Found::read((*held).as_ref(), options)?;
-    let mut attributes = Attributes::default();
-    if found.skipped > 0 {
-        let skipped = i64::try_from(found.skipped).unwrap_or(i64::MAX);
-        attributes.insert("skipped_records", Value::Integers(vec![skipped]));
+    let mut container = Container::new(format, &bytes);
+    let (found, skipped) = records((*bytes).as_ref(), options)?;
+    if skipped > 0 {
+        let skipped = Value::Integers(vec![skipped]);
+        container.attributes.insert("skipped_records", skipped);
     }
-    let mut sets: Vec<Vec<Trace>> = Vec::new();
-    let mut places: HashMap<Key, usize> = HashMap::new();
-    let mut others = Vec::new();
-    for (name, records) in found.traces {
+    let (mut traces, mut unread) = (Vec::new(), Vec::new());
+    for (name, records) in found {
         match Trace::joined(name, records)? {
-            Ok(trace) => {
-                let place = *places.entry(trace.key()).or_insert(sets.len());
-                if place == sets.len() {
-                    sets.push(Vec::new());
-                }
-                sets[place].push(trace);
-            }
-            Err(other) => others.push(other),
+            Ok(trace) => traces.push((trace.traits(), trace)),
+            Err(other) => unread.push(other),
         }
     }
-    let several = sets.iter().filter(|set| set.len() > 1).count();
-    let mut number = 0;
-    let (mut variables, mut remarks) = (Vec::new(), Vec::new());
-    for set in &sets {
-        if set.len() > 1 {
-            let text = left_out(set, &sets, &others);
-            let variable = Some(variables.len());
-            remarks.extend(text.map(|text| Remark { variable, text }));
-        }
-        let path = match &set[..] {
-            [trace] => format!("/{}", trace.name),
-            _ if several == 1 => "/traces".to_owned(),
-            _ => {
-                number += 1;
-                format!("/traces/{number}")
+    let left_out = |sets: &Sets<Trace>, traits: &Traits| {
+        let unread = unread.iter().filter_map(|other| match &other.sample_type {
+            SampleType::Other(what) if what != "text" => {
+                Some(format!("{} ({what})", other.path.trim_start_matches('/')))
             }
-        };
-        variables.push(variable(path, set));
-    }
-    variables.extend(others);
-    let decoder = MiniSeedDecoder {
-        bytes: Arc::clone(&held),
-        sets,
+            _ => None,
+        });
+        let apart = others(sets, traits, |trace| trace.name.clone());
+        Remark::listing("traces that are left out:", apart.chain(unread))
     };
-    let mut container = Container::new(format, bytes, Some(Box::new(decoder)));
-    container.attributes = attributes;
-    container.variables = variables;
-    container.remarks = remarks;
+    let path_of = |trace: &Trace| format!("/{}", trace.name);
+    for Alike {
+        path,
+        remark,
+        arrays,
+    } in variables(sets(traces), "/traces", path_of, left_out)
+    {
+        container.remark_on_next(remark);
+        let variable = variable(path, &arrays);
+        let traces = Traces {
+            bytes: Bytes::clone(&bytes),
+            set: arrays,
+        };
+        container.push_decoded(variable, traces);
+    }
+    unread.into_iter().for_each(|other| container.push(other));
     Ok(container)
 }
 
-/// What is said of a set of traces about others of the file that are no part of it.
-fn left_out(set: &[Trace], sets: &[Vec<Trace>], others: &[Variable]) -> Option<String> {
-    let own = set[0].key();
-    let apart = sets.iter().flatten().filter_map(|trace| {
-        let key = trace.key();
-        let why = match () {
-            _ if key == own => return None,
-            _ if key.rate != own.rate => {
-                let rates = [key.rate, own.rate].map(f64::from_bits);
-                format!("{} Hz, not {}", rates[0], rates[1])
-            }
-            _ if key.start != own.start => format!("starts at {}", time::text(key.start)),
-            _ if key.len != own.len => format!("{} samples, not {}", key.len, own.len),
-            _ => format!("{}, not {}", key.sample.name(), own.sample.name()),
-        };
-        Some(format!("{} ({why})", trace.name))
-    });
-    let others = others.iter().filter_map(|other| match &other.sample_type {
-        SampleType::Other(what) if what != "text" => {
-            Some(format!("{} ({what})", other.path.trim_start_matches('/')))
+/// The records of a file by the names of their traces, in the order of the file, and how many hold no samples.
+fn records(bytes: &[u8], options: &Options) -> Result<(IndexMap<String, Vec<Record>>, i64)> {
+    let mut found: IndexMap<String, Vec<Record>> = IndexMap::new();
+    let mut skipped = 0;
+    let mut budget = Budget::new("the places of the records of a miniSEED file", options);
+    let mut at = 0;
+    while at < bytes.len() {
+        // Volumes are padded with zeros.
+        if bytes[at] == 0 && at > 0 && bytes[at..].iter().all(|byte| *byte == 0) {
+            break;
         }
-        _ => None,
-    });
-    Remark::listing("traces that are left out:", apart.chain(others))
-}
-
-/// The records of a file by the names of their traces, in the order of the file.
-struct Found {
-    traces: Vec<(String, Vec<Record>)>,
-    /// Records without samples.
-    skipped: u64,
-}
-
-impl Found {
-    fn read(bytes: &[u8], options: &Options) -> Result<Found> {
-        let mut found = Found {
-            traces: Vec::new(),
-            skipped: 0,
-        };
-        let mut places: HashMap<String, usize> = HashMap::new();
-        let mut used = 0u64;
-        let mut at = 0;
-        while at < bytes.len() {
-            // Volumes are padded with zeros.
-            if bytes[at] == 0 && at > 0 && bytes[at..].iter().all(|byte| *byte == 0) {
-                break;
-            }
-            let (record, name) = record::read(bytes, at)?;
-            at += record.bytes;
-            if record.count == 0 {
-                found.skipped += 1;
-                continue;
-            }
-            let place = *places.entry(name.clone()).or_insert(found.traces.len());
-            if place == found.traces.len() {
-                used += 4 * name.len() as u64 + 512;
-                found.traces.push((name, Vec::new()));
-            }
-            used += 2 * size_of::<(u64, Record)>() as u64;
-            if let Some(allowed) = options.memory.filter(|allowed| used > *allowed) {
-                return Err(Error::Memory {
-                    what: "the places of the records of a miniSEED file".into(),
-                    needed: used,
-                    allowed,
-                });
-            }
-            found.traces[place].1.push(record);
+        let (record, name) = record::read(bytes, at)?;
+        at += record.bytes;
+        if record.count == 0 {
+            skipped += 1;
+            continue;
         }
-        if found.traces.is_empty() {
-            return Err(Error::damaged("the file", "a record with samples", "none"));
+        if !found.contains_key(&name) {
+            budget.take(4 * name.len() as u64 + 512)?;
         }
-        Ok(found)
+        budget.take(2 * size_of::<(u64, Record)>() as u64)?;
+        found.entry(name).or_default().push(record);
+    }
+    match found.is_empty() {
+        true => Err(Error::damaged("the file", "a record with samples", "none")),
+        false => Ok((found, skipped)),
     }
 }
 
@@ -195,13 +130,9 @@ impl Trace {
         };
         if let Some(what) = what {
             let len = records.iter().map(|record| record.count as u64).sum();
-            return Ok(Err(Variable {
-                path: format!("/{name}"),
-                dimensions: vec![Dimension::new(len).named("time")],
-                sample_type: SampleType::Other(what),
-                attributes: Attributes::default(),
-                place: Place::Encoded { rows: 1 },
-            }));
+            let time = Dimension::new(len).named("time");
+            let other = Variable::other(format!("/{name}"), vec![time], what);
+            return Ok(Err(other));
         }
         if !(first.rate > 0.0 && first.rate.is_finite()) {
             let place = format!("the record at byte {}", first.at);
@@ -228,14 +159,18 @@ impl Trace {
         &self.records[0].1
     }
 
-    fn key(&self) -> Key {
+    fn sample(&self) -> Sample {
+        self.first().encoding.sample().unwrap_or(Sample::I32)
+    }
+
+    fn traits(&self) -> Traits {
         let first = self.first();
-        Key {
-            sample: first.encoding.sample().unwrap_or(Sample::I32),
-            rate: first.rate.to_bits(),
-            start: first.start,
-            len: self.len,
-        }
+        Traits(vec![
+            ("sampling rate", format!("{} Hz", first.rate)),
+            ("start", time::text(first.start)),
+            ("number of samples", self.len.to_string()),
+            ("type", self.sample().name().into()),
+        ])
     }
 
     /// How much later than by the sampling rate its last record begins, in s.
@@ -302,28 +237,33 @@ fn follows(name: &str, before: &Record, next: &Record) -> Result<()> {
 /// The variable of traces that have a key in common.
 fn variable(path: String, set: &[Trace]) -> Variable {
     let first = set[0].first();
-    let mut attributes = Attributes::default();
+    let mut dimensions = vec![Dimension::new(set.len() as u64).named("trace")];
+    dimensions.retain(|_| set.len() > 1);
+    let time = Dimension::new(set[0].len).named("time");
+    dimensions.push(time.at(Coordinate::Even {
+        origin: 0.0,
+        step: 1.0 / first.rate,
+        unit: Some("s".into()),
+    }));
+    let mut variable = Variable::new(path, dimensions, set[0].sample());
+    let attributes = &mut variable.attributes;
     let names = set.iter().map(|trace| trace.name.clone());
     if set.len() > 1 {
         attributes.insert("traces", Value::Texts(names.collect()));
     }
+    let codes = |trace: &Trace| -> Option<[Value; 4]> {
+        let codes = trace.name.split('.').map(|code| Value::Text(code.into()));
+        codes.collect::<Vec<_>>().try_into().ok()
+    };
+    let codes: Vec<[Value; 4]> = set.iter().map_while(codes).collect();
     for (place, code) in ["network", "station", "location", "channel"]
-        .into_iter()
+        .iter()
         .enumerate()
     {
-        let of = |trace: &Trace| {
-            let codes: Vec<&str> = trace.name.split('.').collect();
-            codes
-                .get(place)
-                .filter(|_| codes.len() == 4)
-                .map(|code| (*code).to_owned())
-        };
-        let Some(codes) = set.iter().map(of).collect::<Option<Vec<_>>>() else {
-            continue;
-        };
-        match codes.iter().all(|code| *code == codes[0]) {
-            true => attributes.insert_text(code, codes[0].clone()),
-            false => attributes.insert(code, Value::Texts(codes)),
+        let all: Vec<&Value> = codes.iter().map(|codes| &codes[place]).collect();
+        let said = Value::together(&all).filter(|_| codes.len() == set.len());
+        if let Some(said) = said.filter(|said| *said != Value::Text(String::new())) {
+            attributes.insert(*code, said);
         }
     }
     attributes.insert_text("start_time", time::text(first.start));
@@ -338,42 +278,22 @@ fn variable(path: String, set: &[Trace]) -> Variable {
     if drift.abs() > 0.5 / first.rate {
         attributes.insert("clock_drift", Value::Numbers(vec![drift]));
     }
-    let mut dimensions = vec![
-        Dimension::new(set[0].len)
-            .named("time")
-            .at(Coordinate::Even {
-                origin: 0.0,
-                step: 1.0 / first.rate,
-                unit: Some("s".into()),
-            }),
-    ];
-    if set.len() > 1 {
-        dimensions.insert(0, Dimension::new(set.len() as u64).named("trace"));
-    }
-    Variable {
-        path,
-        dimensions,
-        sample_type: SampleType::Number(set[0].key().sample),
-        attributes,
-        place: Place::Encoded { rows: 1 },
-    }
+    variable
 }
 
-struct MiniSeedDecoder {
+/// The traces of a variable.
+struct Traces {
     bytes: Bytes,
-    sets: Vec<Vec<Trace>>,
+    set: Vec<Trace>,
 }
 
-impl Decoder for MiniSeedDecoder {
-    fn read(&self, variable: usize, block: Block, out: &mut [u8]) -> Result<()> {
-        let Some(set) = self.sets.get(variable) else {
-            return Ok(());
-        };
+impl Decoder for Traces {
+    fn read(&self, block: Block, out: &mut [u8]) -> Result<()> {
         let (traces, times) = match block {
             [traces, times] => (traces.clone(), times.clone()),
             _ => (0..1, block[0].clone()),
         };
-        let set = &set[traces.start as usize..traces.end as usize];
+        let set = &self.set[traces.start as usize..traces.end as usize];
         let rows = out.chunks_exact_mut(out.len() / set.len());
         for (trace, row) in set.iter().zip(rows) {
             let size = row.len() / (times.end - times.start) as usize;

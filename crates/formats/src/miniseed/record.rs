@@ -1,12 +1,14 @@
 //! Records: a header and the samples behind it.
 
 use super::steim::{self, Steim};
+use crate::cursor::beginning;
+use crate::rows::Strided;
 use crate::{ByteOrder, Error, Result, Sample, time};
 
 /// Bytes of the headers of versions 2 and 3.
 const HEADER_2: usize = 48;
 const HEADER_3: usize = 40;
-/// Places of the checksum in a record of version 3.
+/// Places of the checksum, CRC-32C, in a record of version 3.
 const CHECKSUM: std::ops::Range<usize> = 28..32;
 const WAY_OUT: &str = "write it anew with `Stream.write(path, format=\"MSEED\")` of ObsPy";
 
@@ -121,11 +123,11 @@ pub(super) fn read(bytes: &[u8], at: usize) -> Result<(Record, String)> {
             return Err(Error::unsupported("headers of a SEED volume", WAY_OUT));
         }
         _ => {
-            let start = rest[..rest.len().min(8)].escape_ascii().to_string();
+            let place = format!("byte {at}");
             return Err(Error::damaged(
-                format!("byte {at}"),
+                place,
                 "a record of miniSEED",
-                start,
+                beginning(rest),
             ));
         }
     };
@@ -141,14 +143,6 @@ fn place(at: usize) -> String {
     format!("the record at byte {at}")
 }
 
-fn number(order: ByteOrder, bytes: &[u8]) -> u64 {
-    let add = |number: u64, byte: &u8| number << 8 | u64::from(*byte);
-    match order {
-        ByteOrder::Big => bytes.iter().fold(0, add),
-        ByteOrder::Little => bytes.iter().rev().fold(0, add),
-    }
-}
-
 /// Nanoseconds since 1970-01-01; none before 1677 and after 2262.
 fn nanoseconds(year: u16, day: u16, [hour, minute, second]: [u8; 3], fraction: i64) -> Option<i64> {
     let days = time::days_before(year) + i64::from(day) - 1;
@@ -159,37 +153,36 @@ fn nanoseconds(year: u16, day: u16, [hour, minute, second]: [u8; 3], fraction: i
 
 fn version_2(rest: &[u8], at: usize) -> Result<(Record, String)> {
     let is_date = |order: &ByteOrder| {
-        let year = number(*order, &rest[20..22]);
-        let day = number(*order, &rest[22..24]);
+        let [year, day] = [20, 22].map(|at| order.unsigned(&rest[at..at + 2]));
         (1900..=2100).contains(&year) && (1..=366).contains(&day)
     };
     let orders = [ByteOrder::Big, ByteOrder::Little];
     let Some(order) = orders.into_iter().find(is_date) else {
-        let found = number(ByteOrder::Big, &rest[20..22]).to_string();
+        let found = ByteOrder::Big.unsigned(&rest[20..22]);
         return Err(Error::damaged(place(at), "a year from 1900 to 2100", found));
     };
-    let u16_at = |at: usize| number(order, &rest[at..at + 2]) as u16;
-    let mut extras = Extras::default();
+    let u16_at = |at: usize| order.unsigned(&rest[at..at + 2]) as u16;
+    let (mut storage, mut stated, mut microseconds) = (None, None, 0);
     let mut next = usize::from(u16_at(46));
     let mut last = 0;
     while next > last && rest.len() >= next + 8 {
-        extras.read(order, u16_at(next), &rest[next..]);
+        let blockette = &rest[next..next + 8];
+        match u16_at(next) {
+            1000 => storage = Some([blockette[4], blockette[5], blockette[6]]),
+            1001 => microseconds = i64::from(blockette[5].cast_signed()),
+            100 => stated = Some(Sample::F32.to_f64(order, &blockette[4..])),
+            _ => {}
+        }
         last = next;
         next = usize::from(u16_at(next + 2));
     }
-    let Some([encoding, data_order, power]) = extras.storage else {
-        return Err(Error::unsupported(
-            "a record without blockette 1000",
-            WAY_OUT,
-        ));
+    let Some([encoding, data_order, power]) = storage else {
+        let what = "a record without blockette 1000";
+        return Err(Error::unsupported(what, WAY_OUT));
     };
     if !(7..=20).contains(&power) {
-        let found = format!("2^{power} bytes");
-        return Err(Error::damaged(
-            place(at),
-            "a length from 2^7 to 2^20",
-            found,
-        ));
+        let (expected, found) = ("a length from 2^7 to 2^20", format!("2^{power} bytes"));
+        return Err(Error::damaged(place(at), expected, found));
     }
     let bytes = 1usize << power;
     if rest.len() < bytes {
@@ -209,10 +202,10 @@ fn version_2(rest: &[u8], at: usize) -> Result<(Record, String)> {
     let length = bytes.checked_sub(from).filter(|_| count > 0).unwrap_or(0);
     // In 0.1 ms, unless the start has it already.
     let correction = match rest[36] & 2 {
-        0 => i64::from(number(order, &rest[40..44]) as u32 as i32),
+        0 => i64::from(order.unsigned(&rest[40..44]) as u32 as i32),
         _ => 0,
     };
-    let fraction = (i64::from(u16_at(28)) + correction) * 100_000 + extras.microseconds * 1000;
+    let fraction = (i64::from(u16_at(28)) + correction) * 100_000 + microseconds * 1000;
     let clock = [rest[24], rest[25], rest[26]];
     let Some(start) = nanoseconds(u16_at(20), u16_at(22), clock, fraction) else {
         return Err(Error::damaged(place(at), "a time", "one beyond 2262"));
@@ -222,7 +215,7 @@ fn version_2(rest: &[u8], at: usize) -> Result<(Record, String)> {
         at,
         bytes,
         start,
-        rate: extras.rate.unwrap_or_else(nominal),
+        rate: stated.unwrap_or_else(nominal),
         count,
         encoding: Encoding::of(encoding),
         order: match data_order {
@@ -240,27 +233,6 @@ fn version_2(rest: &[u8], at: usize) -> Result<(Record, String)> {
     Ok((record, codes.join(".")))
 }
 
-/// What the blockettes of a record say.
-#[derive(Debug, Default)]
-struct Extras {
-    /// Encoding, byte order, power of 2 of the length.
-    storage: Option<[u8; 3]>,
-    rate: Option<f64>,
-    microseconds: i64,
-}
-
-impl Extras {
-    /// Reads a blockette, of which 8 bytes are there.
-    fn read(&mut self, order: ByteOrder, kind: u16, blockette: &[u8]) {
-        match kind {
-            1000 => self.storage = Some([blockette[4], blockette[5], blockette[6]]),
-            1001 => self.microseconds = i64::from(blockette[5].cast_signed()),
-            100 => self.rate = Some(Sample::F32.to_f64(order, &blockette[4..8])),
-            _ => {}
-        }
-    }
-}
-
 /// A positive factor is a rate, a negative one a period; a positive multiplier multiplies, a negative one
 /// divides.
 fn rate(factor: i16, multiplier: i16) -> f64 {
@@ -276,16 +248,16 @@ fn rate(factor: i16, multiplier: i16) -> f64 {
 }
 
 fn version_3(rest: &[u8], at: usize) -> Result<(Record, String)> {
-    let little = |range: std::ops::Range<usize>| number(ByteOrder::Little, &rest[range]);
+    let little = |range: std::ops::Range<usize>| ByteOrder::Little.unsigned(&rest[range]);
     let length = |range| little(range) as usize;
     let (name, extra, data) = (usize::from(rest[33]), length(34..36), length(36..40));
     let from = HEADER_3 + name + extra;
     let Some(bytes) = from.checked_add(data).filter(|bytes| *bytes <= rest.len()) else {
-        let found = format!("{} bytes", rest.len());
+        let expected = format!("{from} and {data} bytes");
         return Err(Error::damaged(
             place(at),
-            format!("{from} and {data} bytes"),
-            found,
+            expected,
+            format!("{} bytes", rest.len()),
         ));
     };
     let clock = [rest[12], rest[13], rest[14]];
@@ -344,7 +316,10 @@ impl Record {
     ) -> Result<()> {
         let record = &bytes[self.at..self.at + self.bytes];
         if let Some(stated) = self.checksum {
-            let found = checksum(record);
+            // That of a record with zeros in its place.
+            let sum = crc32c::crc32c(&record[..CHECKSUM.start]);
+            let sum = crc32c::crc32c_append(sum, &[0; 4]);
+            let found = crc32c::crc32c_append(sum, &record[CHECKSUM.end..]);
             if found != stated {
                 let expected = format!("the checksum {stated:#010x}");
                 return Err(Error::damaged(
@@ -364,47 +339,19 @@ impl Record {
                 }
             }
             Encoding::Plain(sample) => {
-                let size = sample.bytes();
-                let samples = data[range.start * size..range.end * size].chunks_exact(size);
-                if sample == Sample::I16 {
-                    for (one, sample) in out.chunks_exact_mut(4).zip(samples) {
-                        let sample = number(self.order, sample) as u16;
-                        one.copy_from_slice(&i32::from(sample.cast_signed()).to_ne_bytes());
-                    }
-                } else {
-                    for (one, sample) in out.chunks_exact_mut(size).zip(samples) {
-                        one.copy_from_slice(sample);
-                        if self.order != ByteOrder::NATIVE {
-                            one.reverse();
-                        }
-                    }
-                }
+                let to = self.encoding.sample().unwrap_or(sample);
+                let samples = Strided {
+                    start: 0,
+                    strides: &[sample.bytes() as u64],
+                    order: self.order,
+                    sample,
+                };
+                let block = range.start as u64..range.end as u64;
+                let copied = samples.copy(data, std::slice::from_ref(&block), to, out);
+                copied.map_err(|found| Error::damaged(place(self.at), "samples", found))?;
             }
             Encoding::Text | Encoding::Other(_) => {}
         }
         Ok(())
     }
-}
-
-/// CRC-32C of a record of version 3, with zeros in the place of the checksum.
-fn checksum(record: &[u8]) -> u32 {
-    const TABLE: [u32; 256] = {
-        let mut table = [0; 256];
-        let mut i = 0;
-        while i < 256 {
-            let mut sum = i as u32;
-            let mut bit = 0;
-            while bit < 8 {
-                sum = (sum >> 1) ^ (0x82f6_3b78 * (sum & 1));
-                bit += 1;
-            }
-            table[i] = sum;
-            i += 1;
-        }
-        table
-    };
-    let add = |sum: u32, byte: &u8| (sum >> 8) ^ TABLE[((sum ^ u32::from(*byte)) & 0xff) as usize];
-    let sum = record[..CHECKSUM.start].iter().fold(u32::MAX, add);
-    let sum = [0; 4].iter().fold(sum, add);
-    !record[CHECKSUM.end..].iter().fold(sum, add)
 }

@@ -94,10 +94,9 @@ fn unpack(
         }
     };
     // Bytes and halves come in the order of the file, fields of bits in that of the number.
-    let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
     let in_file = match order {
-        ByteOrder::Big => i32::from_be_bytes(bytes),
-        ByteOrder::Little if width == 8 => i32::from_be_bytes(bytes),
+        _ if width == 8 => word(ByteOrder::Big, bytes),
+        ByteOrder::Big => all,
         ByteOrder::Little if width == 16 => all.rotate_left(16),
         ByteOrder::Little => all,
     };

@@ -1,7 +1,7 @@
 //! Fields of trace headers, and which of them is the coordinate of the traces.
 
 use super::layout::{Layout, i16_at, number_at, u16_at};
-use crate::{Block, Bytes, Decoder, Result, Sample};
+use crate::Sample;
 
 /// What a trace header says in one number.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,6 +102,18 @@ impl Headers<'_> {
         headers.map(move |header| field.value(self.layout, header))
     }
 
+    /// Traces that their headers call dead, or something else than the record of a sensor, with the code.
+    pub(super) fn no_records(&self) -> impl Iterator<Item = String> + '_ {
+        let code = |trace| u16_at(self.layout.order, self.layout.header(self.bytes, trace), 28);
+        let marked = (0..self.layout.traces).map(move |trace| (trace + 1, code(trace)));
+        let marked = marked.filter(|(_, code)| (2..=10).contains(code));
+        marked.map(|(trace, code)| match code {
+            2 => format!("{trace} (dead)"),
+            3 => format!("{trace} (dummy)"),
+            code => format!("{trace} (identification code {code})"),
+        })
+    }
+
     /// The unit code of coordinates; none if traces differ.
     pub(super) fn coordinate_units(&self) -> Option<u16> {
         let code = |trace| u16_at(self.layout.order, self.layout.header(self.bytes, trace), 88);
@@ -118,16 +130,12 @@ impl Headers<'_> {
             .is_none_or(|first| values.all(|value| value == first))
     }
 
-    fn is_sorted(&self, field: Field, is_before: fn(f64, f64) -> bool) -> bool {
-        self.layout.traces > 1 && self.values(field).is_sorted_by(|a, b| is_before(*a, *b))
-    }
-
     fn rises(&self, field: Field) -> bool {
-        self.is_sorted(field, |a, b| a < b)
+        self.layout.traces > 1 && self.values(field).is_sorted_by(|a, b| a < b)
     }
 
     fn falls(&self, field: Field) -> bool {
-        self.is_sorted(field, |a, b| a > b)
+        self.layout.traces > 1 && self.values(field).is_sorted_by(|a, b| a > b)
     }
 
     /// The field that rises from trace to trace along the line of receivers, if one does.
@@ -168,25 +176,5 @@ impl Headers<'_> {
         };
         let all_near = (0..self.layout.traces).all(|trace| is_near(point(trace)));
         all_near.then_some(Field::Distance { from, along })
-    }
-}
-
-/// Reads the fields of trace headers on request.
-pub(super) struct HeaderDecoder {
-    pub layout: Layout,
-    pub bytes: Bytes,
-    /// Those of the variables behind the traces.
-    pub fields: Vec<Field>,
-}
-
-impl Decoder for HeaderDecoder {
-    fn read(&self, variable: usize, block: Block, out: &mut [u8]) -> Result<()> {
-        let field = self.fields[variable - 1];
-        let bytes = (*self.bytes).as_ref();
-        for (trace, one) in (block[0].start..block[0].end).zip(out.chunks_exact_mut(8)) {
-            let header = self.layout.header(bytes, trace as usize);
-            one.copy_from_slice(&field.value(&self.layout, header).to_ne_bytes());
-        }
-        Ok(())
     }
 }

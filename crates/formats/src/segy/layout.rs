@@ -1,5 +1,6 @@
 //! Where traces and the fields of their headers lie.
 
+use crate::cursor::beginning;
 use crate::{ByteOrder, Error, Result, Sample};
 
 /// Bytes of a trace header.
@@ -19,17 +20,13 @@ pub(super) struct Layout {
     pub samples: usize,
     /// 0 to 2; none for Seismic Unix.
     pub revision: Option<u8>,
-    /// Sample interval of the binary header in us, 0 if it has none.
+    /// Sample interval in us, 0 if none is stated.
     pub interval: f64,
     pub is_feet: bool,
 }
 
 pub(super) fn u16_at(order: ByteOrder, bytes: &[u8], at: usize) -> u16 {
-    let bytes = [bytes[at], bytes[at + 1]];
-    match order {
-        ByteOrder::Big => u16::from_be_bytes(bytes),
-        ByteOrder::Little => u16::from_le_bytes(bytes),
-    }
+    order.unsigned(&bytes[at..at + 2]) as u16
 }
 
 pub(super) fn i16_at(order: ByteOrder, bytes: &[u8], at: usize) -> i16 {
@@ -61,10 +58,8 @@ fn sample_of(code: u16) -> Result<Sample> {
         16 => Sample::U8,
         _ => {
             let what = format!("SEG-Y sample format {code}");
-            return Err(Error::unsupported(
-                what,
-                "write the traces as format 5 (IEEE float)",
-            ));
+            let way_out = "write the traces as format 5 (IEEE float)";
+            return Err(Error::unsupported(what, way_out));
         }
     })
 }
@@ -72,21 +67,20 @@ fn sample_of(code: u16) -> Result<Sample> {
 impl Layout {
     /// The layout of a SEG-Y file.
     pub(super) fn segy(bytes: &[u8]) -> Result<Layout> {
+        let damaged =
+            |expected: String, found: String| Err(Error::damaged("SEG-Y headers", expected, found));
+        let refused = |what: String, way_out: &str| Err(Error::unsupported(what, way_out));
         if bytes.len() < FILE_HEADER + HEADER {
             let least = format!("at least {} bytes", FILE_HEADER + HEADER);
-            return Err(Error::damaged(
-                "SEG-Y headers",
+            return damaged(
                 least,
-                format!("{} bytes", bytes.len()),
-            ));
+                format!("{} bytes, {}", bytes.len(), beginning(bytes)),
+            );
         }
         let Some((order, code)) = format_code(bytes) else {
-            let found = u16_at(ByteOrder::Big, bytes, 3224).to_string();
-            return Err(Error::damaged(
-                "byte 3225",
-                "a sample format from 1 to 16",
-                found,
-            ));
+            let found = u16_at(ByteOrder::Big, bytes, 3224);
+            let expected = "a sample format from 1 to 16";
+            return Err(Error::damaged("byte 3225", expected, found));
         };
         let sample = sample_of(code)?;
         let revision = match order {
@@ -95,87 +89,80 @@ impl Layout {
             _ => bytes[3500],
         };
         if revision > 2 {
-            let what = format!("SEG-Y revision {revision}");
-            return Err(Error::unsupported(what, "write the file as revision 1"));
+            return refused(
+                format!("SEG-Y revision {revision}"),
+                "write the file as revision 1",
+            );
         }
-        let extended = if revision == 2 {
-            Extended::read(order, bytes)
-        } else {
-            Extended::default()
+        // Fields that revision 2 added to the binary header: 0 is unset.
+        let extended = |at: usize, len: usize| match revision {
+            2 => order.unsigned(&bytes[at..at + len]),
+            _ => 0,
         };
-        if extended.trace_headers != 0 {
-            let what = "additional trace headers of SEG-Y revision 2";
-            return Err(Error::unsupported(what, "write the file without them"));
+        if extended(3506, 4) != 0 {
+            let what = "additional trace headers of SEG-Y revision 2".into();
+            return refused(what, "write the file without them");
         }
-        let headers = if revision == 0 {
-            0
-        } else {
-            i16_at(order, bytes, 3504)
+        let headers = match revision {
+            0 => 0,
+            _ => i16_at(order, bytes, 3504),
         };
-        let start = match (extended.first_trace, usize::try_from(headers)) {
+        let start = match (extended(3520, 8), usize::try_from(headers)) {
             (0, Ok(headers)) => FILE_HEADER + 3200 * headers,
             (0, Err(_)) => {
-                let what = "an unstated number of extended textual headers";
-                return Err(Error::unsupported(
-                    what,
-                    "write their number into bytes 3505 to 3506",
-                ));
+                let what = "an unstated number of extended textual headers".into();
+                return refused(what, "write their number into bytes 3505 to 3506");
             }
             (first, _) => usize::try_from(first).unwrap_or(usize::MAX),
         };
-        let Some(end) = usize::try_from(extended.trailers)
+        let trailers = extended(3528, 4) as u32 as i32;
+        let Some(end) = usize::try_from(trailers)
             .ok()
             .and_then(|trailers| trailers.checked_mul(3200))
             .and_then(|trailers| bytes.len().checked_sub(trailers))
         else {
-            let what = format!("{} data trailers", extended.trailers);
-            return Err(Error::unsupported(what, "write the file without them"));
+            let what = format!("{trailers} data trailers");
+            return refused(what, "write the file without them");
         };
         if start < FILE_HEADER || end.checked_sub(start).is_none_or(|left| left < HEADER) {
             let expected = format!("the first trace within bytes {FILE_HEADER} to {end}");
-            return Err(Error::damaged(
-                "SEG-Y headers",
-                expected,
-                format!("byte {start}"),
-            ));
+            return damaged(expected, format!("byte {start}"));
         }
         let traces = &bytes[start..end];
-        let of_file = match extended.samples {
+        let of_file = match extended(3268, 4) {
             0 => usize::from(u16_at(order, bytes, 3220)),
             samples => samples as usize,
         };
         let is_fixed = revision > 0 && i16_at(order, bytes, 3502) == 1;
         let samples = equal_length(order, traces, sample.bytes(), of_file, is_fixed)?;
-        Ok(Layout {
+        let mut layout = Layout {
             order,
             sample,
             start,
             traces: traces.len() / (HEADER + samples * sample.bytes()),
             samples,
             revision: Some(revision),
-            interval: if extended.interval > 0.0 && extended.interval.is_finite() {
-                extended.interval
-            } else {
-                f64::from(u16_at(order, bytes, 3216))
-            },
+            interval: f64::from_bits(extended(3272, 8)),
             is_feet: i16_at(order, bytes, 3254) == 2,
-        })
+        };
+        // Another interval than one that 16 bits can hold stands there alone.
+        if !(layout.interval > 0.0 && layout.interval.is_finite()) {
+            layout.interval = layout.only_interval(bytes, u16_at(order, bytes, 3216))?;
+        }
+        Ok(layout)
     }
 
     /// The layout of a Seismic Unix file: in the byte order that agrees with the length of the file.
     pub(super) fn seismic_unix(bytes: &[u8]) -> Result<Layout> {
         if bytes.len() < HEADER {
+            let expected = format!("a header of {HEADER} bytes");
             let found = format!("{} bytes", bytes.len());
-            return Err(Error::damaged(
-                "trace 1",
-                format!("a header of {HEADER} bytes"),
-                found,
-            ));
+            return Err(Error::damaged("trace 1", expected, found));
         }
         let of = |order| equal_length(order, bytes, 4, 0, false).map(|samples| (order, samples));
         let (order, samples) =
             of(ByteOrder::Little).or_else(|little| of(ByteOrder::Big).map_err(|_| little))?;
-        Ok(Layout {
+        let mut layout = Layout {
             order,
             sample: Sample::F32,
             start: 0,
@@ -184,7 +171,34 @@ impl Layout {
             revision: None,
             interval: 0.0,
             is_feet: false,
-        })
+        };
+        layout.interval = layout.only_interval(bytes, 0)?;
+        Ok(layout)
+    }
+
+    /// The sample interval in us that the file, if it has one, and all traces state; 0 where none is stated.
+    fn only_interval(&self, bytes: &[u8], of_file: u16) -> Result<f64> {
+        let of_traces = (0..self.traces).map(|trace| {
+            let interval = u16_at(self.order, self.header(bytes, trace), 116);
+            (Some(trace), interval)
+        });
+        let all = std::iter::once((None, of_file)).chain(of_traces);
+        let mut stated = all.filter(|(_, interval)| *interval > 0);
+        let Some((first, interval)) = stated.next() else {
+            return Ok(0.0);
+        };
+        let Some((other, others)) = stated.find(|(_, others)| *others != interval) else {
+            return Ok(f64::from(interval));
+        };
+        let [first, other] = [first, other].map(|place| match place {
+            None => "the binary header".to_owned(),
+            Some(trace) => format!("trace {}", trace + 1),
+        });
+        let what =
+            format!("a sample interval of {interval} us in {first} and of {others} us in {other}");
+        let way_out = "write the right one to both (bytes 3217 to 3218, and 117 to 118 of each trace), \
+                       or traces of one interval to each file";
+        Err(Error::unsupported(what, way_out))
     }
 
     /// Bytes from one trace header to the next.
@@ -194,29 +208,6 @@ impl Layout {
 
     pub(super) fn header<'a>(&self, bytes: &'a [u8], trace: usize) -> &'a [u8] {
         &bytes[self.start + trace * self.stride()..][..HEADER]
-    }
-}
-
-/// Fields that revision 2 added to the binary header.
-#[derive(Debug, Clone, Copy, Default)]
-struct Extended {
-    samples: u32,
-    interval: f64,
-    trace_headers: i32,
-    first_trace: u64,
-    trailers: i32,
-}
-
-impl Extended {
-    fn read(order: ByteOrder, bytes: &[u8]) -> Extended {
-        let integer = |at| number_at(Sample::I32, order, bytes, at) as i32;
-        Extended {
-            samples: number_at(Sample::U32, order, bytes, 3268) as u32,
-            interval: number_at(Sample::F64, order, bytes, 3272),
-            trace_headers: integer(3506),
-            first_trace: number_at(Sample::U64, order, bytes, 3520) as u64,
-            trailers: integer(3528),
-        }
     }
 }
 
@@ -230,11 +221,7 @@ fn equal_length(
 ) -> Result<usize> {
     let length_at = |at: usize| usize::from(u16_at(order, traces, at + 114));
     let first = length_at(0);
-    let stride = |samples: usize| {
-        samples
-            .checked_mul(size)
-            .and_then(|n| n.checked_add(HEADER))
-    };
+    let stride = |samples: usize| samples.checked_mul(size)?.checked_add(HEADER);
     let fits = |&samples: &usize| {
         samples > 0 && stride(samples).is_some_and(|stride| traces.len().is_multiple_of(stride))
     };
@@ -266,11 +253,8 @@ fn equal_length(
         0 => "a number of samples above 0".to_owned(),
         samples => format!("whole traces of {samples} samples"),
     };
-    Err(Error::damaged(
-        "traces",
-        expected,
-        format!("{} bytes", traces.len()),
-    ))
+    let found = format!("{} bytes", traces.len());
+    Err(Error::damaged("traces", expected, found))
 }
 
 fn unequal(trace: usize, found: usize, samples: usize) -> Error {

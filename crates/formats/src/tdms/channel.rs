@@ -3,11 +3,12 @@
 use std::collections::HashMap;
 
 use super::description::Kind;
-use super::pieces::Pieces;
-use super::property::{Properties, Property, Stamp, split_unit};
+use super::property::{Properties, Stamp, number_of, position, split_unit, text_of};
 use super::samples::Texts;
-use super::scale::{Foreign, Scaling};
+use super::scale::scaling;
 use super::segments::Object;
+use crate::rows::{Pieces, Scaling};
+use crate::sets::Traits;
 use crate::{Attributes, Coordinate, Dimension, Sample, Value};
 
 /// Names of channels that hold the times of others.
@@ -52,7 +53,6 @@ pub(super) struct Channel {
     pub(super) pieces: Pieces,
     pub(super) texts: Vec<Texts>,
     pub(super) form: Form,
-    pub(super) axis: Axis,
     pub(super) unit: Option<String>,
 }
 
@@ -61,27 +61,7 @@ pub(super) struct Channel {
 pub(super) enum Form {
     Numbers(Sample, Option<Scaling>),
     Time,
-    Text,
     Other(String),
-}
-
-/// The times of samples, as the properties of a waveform state them.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(super) struct Axis {
-    /// Bits of origin and step; none without a step.
-    pub(super) even: Option<[u64; 2]>,
-    pub(super) unit: String,
-    pub(super) start: Option<Stamp>,
-}
-
-/// What channels of one variable have in common.
-#[derive(Debug, PartialEq, Eq, Hash)]
-pub(super) struct Key {
-    /// A type that a double does not hold, or that is no measurement.
-    apart: Option<Sample>,
-    len: u64,
-    pub(super) axis: Axis,
-    pub(super) unit: Option<String>,
 }
 
 impl Channel {
@@ -89,27 +69,27 @@ impl Channel {
     pub(super) fn new(name: String, object: Object, above: [&Properties; 2]) -> Channel {
         let properties = object.properties;
         let [of_group, of_file] = above;
-        let scaling = |scaler| Scaling::of(&[&properties, of_group, of_file], scaler);
-        let foreign = |Foreign(kind)| Form::Other(format!("samples with a scaling of type {kind}"));
+        let scaled = |sample, scaler: Option<u32>| match scaling(
+            &[&properties, of_group, of_file],
+            scaler,
+        ) {
+            Ok(None) if scaler.is_some() => {
+                Form::Other("samples of a DAQmx device without a scaling".into())
+            }
+            Ok(scaling) => Form::Numbers(sample, scaling),
+            Err(kind) => Form::Other(format!("samples with a scaling of type {kind}")),
+        };
         let form = match object.kind {
-            Some(Kind::Number(sample)) => match scaling(None) {
-                Ok(scaling) => Form::Numbers(sample, scaling),
-                Err(other) => foreign(other),
-            },
-            Some(Kind::Device(sample, scaler)) => match scaling(Some(scaler)) {
-                Ok(Some(scaling)) => Form::Numbers(sample, Some(scaling)),
-                Ok(None) => Form::Other("samples of a DAQmx device without a scaling".into()),
-                Err(other) => foreign(other),
-            },
+            Some(Kind::Number(sample)) => scaled(sample, None),
+            Some(Kind::Device(sample, scaler)) => scaled(sample, Some(scaler)),
             Some(Kind::Time) => Form::Time,
-            Some(Kind::Text) => Form::Text,
+            Some(Kind::Text) => Form::Other("text".into()),
             Some(Kind::Other(what)) => Form::Other(what.into()),
             None => Form::Other("no samples".into()),
         };
-        let unit = UNITS.iter().find_map(|unit| properties.text(unit));
+        let unit = UNITS.iter().find_map(|unit| text_of(&properties, unit));
         let unit = unit.or(split_unit(&name).1).map(str::to_owned);
         Channel {
-            axis: Axis::of(&properties),
             name,
             properties,
             pieces: object.pieces,
@@ -130,87 +110,75 @@ impl Channel {
         match self.form {
             Form::Time => true,
             Form::Numbers(..) => TIMES.contains(&name.as_str()),
-            _ => false,
+            Form::Other(_) => false,
         }
     }
 
-    /// What it must share with others of the same variable; none for one of its own.
-    pub(super) fn key(&self) -> Option<Key> {
+    /// Why it is no part of a variable of several channels, if it is not.
+    pub(super) fn is_alone(&self) -> Option<&str> {
         match &self.form {
-            Form::Numbers(sample, scaling) if self.len() > 0 => Some(Key {
-                apart: Some(*sample).filter(|sample| {
-                    scaling.is_none() && matches!(sample, Sample::Bool | Sample::I64 | Sample::U64)
-                }),
-                len: self.len(),
-                axis: self.axis.clone(),
-                unit: self.unit.clone(),
-            }),
-            _ => None,
-        }
-    }
-}
-
-impl Key {
-    /// Why a channel is not one of those with this key.
-    pub(super) fn differs(&self, channel: &Channel) -> Option<String> {
-        let named = |unit: &Option<String>| unit.clone().unwrap_or("none".into());
-        let other = match (&channel.form, channel.key()) {
-            (Form::Other(what), _) => return Some(what.clone()),
-            (Form::Numbers(..), Some(other)) => other,
-            (Form::Numbers(..), None) => return Some("no samples".into()),
-            _ => return None,
-        };
-        Some(match () {
-            _ if other.unit != self.unit => {
-                format!("unit {}, not {}", named(&other.unit), named(&self.unit))
-            }
-            _ if other.len != self.len => format!("{} samples, not {}", other.len, self.len),
-            _ if other.axis != self.axis => "other times".into(),
-            _ => {
-                let of = |key: &Key| key.apart.map_or("the type of others", Sample::name);
-                format!("{}, not {}", of(&other), of(self))
-            }
-        })
-    }
-}
-
-impl Axis {
-    pub(super) fn of(properties: &Properties) -> Axis {
-        let step = properties.number("wf_increment");
-        let origin = properties.number("wf_start_offset").unwrap_or(0.0);
-        let even = step.filter(|step| step.is_finite() && *step > 0.0 && origin.is_finite());
-        let start = match properties.get("wf_start_time") {
-            // LabVIEW writes 1904 for none.
-            Some(Property::Time(stamp)) if stamp.seconds != 0 => Some(*stamp),
-            _ => None,
-        };
-        Axis {
-            even: even.map(|step| [origin, step].map(f64::to_bits)),
-            unit: properties.text("wf_xunit_string").unwrap_or("s").to_owned(),
-            start,
+            Form::Other(what) => Some(what),
+            Form::Numbers(..) if self.len() > 0 => None,
+            _ => Some("no samples"),
         }
     }
 
-    /// The dimension of samples, along `listed` if nothing else is stated.
-    pub(super) fn dimension(&self, len: u64, listed: Option<usize>) -> Dimension {
-        let name = match self.even {
+    /// What it must share with others of the same variable.
+    pub(super) fn traits(&self) -> Traits {
+        // Numbers that a double does not hold, or that are no measurement, stay apart.
+        let sample = match self.form {
+            Form::Numbers(sample @ (Sample::Bool | Sample::I64 | Sample::U64), None) => {
+                sample.name()
+            }
+            _ => "number",
+        };
+        let times = match self.even() {
+            Some([origin, step]) => format!("from {origin} by {step} {}", self.time_unit()),
+            None => self.time_unit().to_owned(),
+        };
+        Traits(vec![
+            ("unit", self.unit.clone().unwrap_or("none".into())),
+            ("number of samples", self.len().to_string()),
+            ("times", times),
+            ("start", self.start().unwrap_or("none").to_owned()),
+            ("type", sample.to_owned()),
+        ])
+    }
+
+    /// Origin and step of its samples, as the properties of a waveform state them.
+    fn even(&self) -> Option<[f64; 2]> {
+        let step = number_of(&self.properties, "wf_increment")?;
+        let origin = number_of(&self.properties, "wf_start_offset").unwrap_or(0.0);
+        let is_even = step.is_finite() && step > 0.0 && origin.is_finite();
+        is_even.then_some([origin, step])
+    }
+
+    fn time_unit(&self) -> &str {
+        text_of(&self.properties, "wf_xunit_string").unwrap_or("s")
+    }
+
+    fn start(&self) -> Option<&str> {
+        let start = text_of(&self.properties, "wf_start_time");
+        start.filter(|start| !start.starts_with(Stamp::NONE))
+    }
+
+    /// The dimension of its samples, along `listed` if nothing else is stated.
+    pub(super) fn dimension(&self, listed: Option<usize>) -> Dimension {
+        let unit = self.time_unit();
+        let name = match self.even() {
             None if listed.is_none() => "sample",
             // Of a spectrum, for instance.
-            Some(_) if !matches!(self.unit.as_str(), "s" | "ms" | "us" | "ns") => "abscissa",
+            Some(_) if !matches!(unit, "s" | "ms" | "us" | "ns") => "abscissa",
             _ => "time",
         };
-        let even = self.even.map(|even| {
-            let [origin, step] = even.map(f64::from_bits);
-            Coordinate::Even {
-                origin,
-                step,
-                unit: Some(self.unit.clone()),
-            }
+        let even = self.even().map(|[origin, step]| Coordinate::Even {
+            origin,
+            step,
+            unit: Some(unit.to_owned()),
         });
         Dimension {
-            name: Some(name.into()),
-            len,
             coordinate: even.or(listed.map(Coordinate::Listed)),
+            ..Dimension::new(self.len()).named(name)
         }
     }
 }
@@ -230,9 +198,9 @@ impl Positions {
     pub(super) fn of(channels: &[Channel]) -> Positions {
         let mut positions = Positions::default();
         for axis in POSITIONS {
-            let of = |channel: &Channel| {
-                let found = channel.properties.position(axis);
-                found.map(|(value, unit)| (value, unit.map(str::to_owned)))
+            let of = |channel: &'_ Channel| {
+                let (value, unit) = position(&channel.properties, axis)?;
+                Some((value, unit.map(str::to_owned)))
             };
             let all: Vec<_> = channels.iter().map(of).collect();
             let mut units = all.iter().flatten().map(|(_, unit)| unit.clone());
@@ -242,8 +210,8 @@ impl Positions {
                 continue;
             }
             let values = all
-                .into_iter()
-                .map(|one| one.map_or(f64::NAN, |(value, _)| value));
+                .iter()
+                .map(|one| one.as_ref().map_or(f64::NAN, |one| one.0));
             positions.listed.push((axis, unit, values.collect()));
         }
         let varies = |axis: &usize| {
@@ -272,71 +240,39 @@ pub(super) fn attributes(channels: &[Channel]) -> Attributes {
     if !matches!(first.form, Form::Time) {
         attributes.insert_text("units", first.unit.clone().unwrap_or_default());
     }
-    if let Some(start) = first.axis.start {
-        let text = match Property::Time(start).value() {
-            Value::Text(text) => text,
-            _ => String::new(),
-        };
-        attributes.insert_text("start_time", text);
-    }
-    let unit = UNITS
-        .iter()
-        .find(|unit| first.properties.text(unit).is_some());
+    attributes.insert_text("start_time", first.start().unwrap_or_default());
+    let mut units = UNITS.iter();
+    let unit = units.find(|unit| text_of(&first.properties, unit).is_some());
     let mut counts: HashMap<&str, usize> = HashMap::new();
-    let all = || channels.iter().flat_map(|channel| &channel.properties.list);
-    for (name, _) in all() {
+    for name in channels
+        .iter()
+        .flat_map(|channel| channel.properties.keys())
+    {
         *counts.entry(name).or_insert(0) += 1;
     }
-    let spelled = |name: &str| match RESERVED.contains(&name) {
-        true => format!("property {name}"),
-        false => name.to_owned(),
-    };
     for channel in channels {
-        for (name, value) in &channel.properties.list {
+        for (name, value) in &channel.properties {
             if TOLD.contains(&name.as_str()) || unit == Some(&name.as_str()) {
                 continue;
             }
             let is_everywhere = counts.get(name.as_str()) == Some(&channels.len());
             if !is_everywhere {
-                let name = format!("{}/{name}", channel.name);
-                attributes.insert(name, value.value());
+                attributes.insert(format!("{}/{name}", channel.name), value.clone());
             } else if std::ptr::eq(channel, first) {
                 let values = channels
                     .iter()
                     .filter_map(|other| other.properties.get(name));
-                let values: Vec<&Property> = values.collect();
+                let values: Vec<&Value> = values.collect();
                 let name = match name.as_str() {
                     "description" if values.iter().all(|one| *one == value) => "long_name".into(),
-                    name => spelled(name),
+                    name if RESERVED.contains(&name) => format!("property {name}"),
+                    name => name.to_owned(),
                 };
-                attributes.insert(name, together(&values));
+                if let Some(value) = Value::together(&values) {
+                    attributes.insert(name, value);
+                }
             }
         }
     }
     attributes
-}
-
-/// One value if all are equal, else all of them.
-fn together(values: &[&Property]) -> Value {
-    if values.windows(2).all(|pair| pair[0] == pair[1]) {
-        return values[0].value();
-    }
-    let integer = |value: &&Property| match value {
-        Property::Integer(integer) => Some(*integer),
-        _ => None,
-    };
-    let number = |value: &&Property| value.number();
-    let text = |value: &&Property| match value.value() {
-        Value::Text(text) => text,
-        Value::Integers(numbers) => numbers[0].to_string(),
-        Value::Numbers(numbers) => format!("{numbers:?}"),
-        Value::Texts(texts) => texts.join(", "),
-    };
-    let integers = values.iter().map(integer).collect::<Option<Vec<_>>>();
-    let numbers = values.iter().map(number).collect::<Option<Vec<_>>>();
-    match (integers, numbers) {
-        (Some(integers), _) => Value::Integers(integers),
-        (None, Some(numbers)) => Value::Numbers(numbers),
-        (None, None) => Value::Texts(values.iter().map(text).collect()),
-    }
 }

@@ -1,7 +1,8 @@
 //! The description of a segment, read value by value.
 
-use super::property::{Property, Stamp};
-use crate::{ByteOrder, Error, Result, Sample};
+use super::property::Stamp;
+use crate::cursor::Cursor;
+use crate::{Error, Result, Sample, Value};
 
 const DEVICE_SAMPLES: u32 = 0x1269;
 const DEVICE_LINES: u32 = 0x126a;
@@ -43,221 +44,139 @@ pub(super) struct Device {
     pub(super) widths: Vec<u64>,
 }
 
-/// Reads the description of a segment.
-pub(super) struct Reader<'a> {
-    pub(super) bytes: &'a [u8],
-    pub(super) at: usize,
-    pub(super) order: ByteOrder,
+pub(super) fn text(cursor: &mut Cursor, expected: &str) -> Result<String> {
+    let length = cursor.u32(expected)?;
+    let text = cursor.take(length.into(), expected)?;
+    Ok(String::from_utf8_lossy(text).into_owned())
 }
 
-impl<'a> Reader<'a> {
-    pub(super) fn take(&mut self, len: u64, expected: &str) -> Result<&'a [u8]> {
-        let rest = self.bytes.get(self.at..).unwrap_or_default();
-        let taken = usize::try_from(len).ok().and_then(|len| rest.get(..len));
-        let Some(taken) = taken else {
-            let expected = format!("{expected} ({len} bytes)");
-            let found = format!("{} bytes", rest.len());
-            return Err(Error::damaged(format!("byte {}", self.at), expected, found));
-        };
-        self.at += taken.len();
-        Ok(taken)
+pub(super) fn index(cursor: &mut Cursor, header: u32) -> Result<Index> {
+    let at = *cursor;
+    let code = cursor.u32("a type")?;
+    let dimensions = cursor.u32("a number of dimensions")?;
+    let count = cursor.number(8, "a number of samples")?;
+    if dimensions != 1 {
+        return Err(at.damaged("samples of 1 dimension", dimensions));
     }
-
-    pub(super) fn u64(&mut self, expected: &str) -> Result<u64> {
-        self.number(8, expected)
+    if matches!(header, DEVICE_SAMPLES | DEVICE_LINES) {
+        return device(cursor, header, count);
     }
-
-    pub(super) fn u32(&mut self, expected: &str) -> Result<u32> {
-        Ok(self.number(4, expected)? as u32)
-    }
-
-    fn number(&mut self, bytes: u64, expected: &str) -> Result<u64> {
-        let bytes = self.take(bytes, expected)?.iter();
-        let add = |number: u64, byte: &u8| number << 8 | u64::from(*byte);
-        Ok(match self.order {
-            ByteOrder::Little => bytes.rev().fold(0, add),
-            ByteOrder::Big => bytes.fold(0, add),
-        })
-    }
-
-    pub(super) fn text(&mut self, expected: &str) -> Result<String> {
-        let length = self.u32(expected)?;
-        let text = self.take(length.into(), expected)?;
-        Ok(String::from_utf8_lossy(text).into_owned())
-    }
-
-    pub(super) fn index(&mut self, header: u32) -> Result<Index> {
-        let at = self.at;
-        let kind = self.u32("a type")?;
-        let dimensions = self.u32("a number of dimensions")?;
-        let count = self.u64("a number of samples")?;
-        if dimensions != 1 {
-            let place = format!("byte {}", at + 4);
-            return Err(Error::damaged(place, "1 dimension", dimensions.to_string()));
+    let (kind, size) = kind_of(code, &at)?;
+    let bytes = match size {
+        None => {
+            let bytes = cursor.number(8, "the length of texts")?;
+            // Each has the place of its end.
+            let least = count.checked_mul(4).filter(|least| bytes >= *least);
+            least.map(|_| bytes)
         }
-        if matches!(header, DEVICE_SAMPLES | DEVICE_LINES) {
-            return self.device(header, count);
-        }
-        let (kind, size) = kind_of(kind, at)?;
-        let bytes = match size {
-            None => {
-                let bytes = self.u64("the length of texts")?;
-                // Each has the place of its end.
-                count
-                    .checked_mul(4)
-                    .filter(|least| bytes >= *least)
-                    .map(|_| bytes)
-            }
-            Some(size) => count.checked_mul(size),
-        };
-        let Some(bytes) = bytes else {
-            let found = format!("{count} samples");
-            return Err(Error::damaged(format!("byte {at}"), "fewer samples", found));
-        };
-        // Only objects without samples have type 0.
-        if bytes == 0 && count > 0 {
-            let found = format!("{count} samples without a type");
-            return Err(Error::damaged(format!("byte {at}"), "a type", found));
-        }
-        Ok(Index {
-            kind,
-            size,
-            count,
-            bytes,
-            device: None,
-        })
-    }
+        Some(size) => count.checked_mul(size),
+    };
+    // Only objects without samples have type 0.
+    let bytes = bytes.filter(|bytes| *bytes > 0 || count == 0);
+    let Some(bytes) = bytes else {
+        let expected = "a type and a number of samples that fit together";
+        return Err(at.damaged(expected, format!("{count} samples of type {code:#x}")));
+    };
+    Ok(Index {
+        kind,
+        size,
+        count,
+        bytes,
+        device: None,
+    })
+}
 
-    fn device(&mut self, header: u32, count: u64) -> Result<Index> {
-        let at = self.at;
-        let scalers = self.u32("the number of scalers")?;
-        let mut first = None;
-        for _ in 0..scalers {
-            let kind = self.u32("the type of a scaler")?;
-            let buffer = self.u32("the buffer of a scaler")?;
-            let offset = self.u32("the offset of a scaler")?;
-            let format = if header == DEVICE_LINES { 1 } else { 4 };
-            self.take(format, "the format of a scaler")?;
-            let scaler = self.u32("the number of a scaler")?;
-            first.get_or_insert((kind, buffer, offset, scaler));
-        }
-        let mut widths = Vec::new();
-        let buffers = self.u32("the number of buffers")?;
-        if buffers > MOST_BUFFERS {
-            let expected = format!("at most {MOST_BUFFERS} buffers");
-            return Err(Error::damaged(
-                format!("byte {at}"),
-                expected,
-                buffers.to_string(),
-            ));
-        }
-        for _ in 0..buffers {
-            widths.push(u64::from(self.u32("the width of a buffer")?));
-        }
-        let Some((code, buffer, offset, scaler)) = first else {
-            return Err(Error::damaged(format!("byte {at}"), "a scaler", "none"));
-        };
-        let sample = match code {
-            0 => Sample::U8,
-            1 => Sample::I8,
-            2 => Sample::U16,
-            3 => Sample::I16,
-            4 => Sample::U32,
-            5 => Sample::I32,
-            6 => Sample::U64,
-            7 => Sample::I64,
-            8 => Sample::F32,
-            9 => Sample::F64,
-            other => {
-                let what = format!("a DAQmx scaler of type {other:#x}");
-                return Err(Error::unsupported(what, WAY_OUT));
-            }
-        };
-        let (kind, offset) = match header {
-            DEVICE_LINES => (Kind::Other("digital lines of a DAQmx device"), offset / 8),
-            _ if scalers > 1 => (Kind::Other("samples of several DAQmx scalers"), offset),
-            _ => (Kind::Device(sample, scaler), offset),
-        };
-        let size = sample.bytes() as u64;
-        let (buffer, offset) = (buffer as usize, u64::from(offset));
-        if widths
-            .get(buffer)
-            .is_none_or(|width| offset + size > *width)
-        {
-            let expected = format!("a scaler within rows of {widths:?} bytes");
-            let found = format!("buffer {buffer}, byte {offset}");
-            return Err(Error::damaged(format!("byte {at}"), expected, found));
-        }
-        Ok(Index {
-            kind,
-            size: Some(size),
-            count,
-            bytes: 0,
-            device: Some(Device {
-                buffer,
-                offset,
-                widths,
-            }),
-        })
+fn device(cursor: &mut Cursor, header: u32, count: u64) -> Result<Index> {
+    use Sample::*;
+    const SAMPLES: [Sample; 10] = [U8, I8, U16, I16, U32, I32, U64, I64, F32, F64];
+    let at = *cursor;
+    let scalers = cursor.u32("the number of scalers")?;
+    let mut first = None;
+    for _ in 0..scalers {
+        let kind = cursor.u32("the type of a scaler")?;
+        let buffer = cursor.u32("the buffer of a scaler")?;
+        let offset = cursor.u32("the offset of a scaler")?;
+        let format = if header == DEVICE_LINES { 1 } else { 4 };
+        cursor.take(format, "the format of a scaler")?;
+        let scaler = cursor.u32("the number of a scaler")?;
+        first.get_or_insert((kind, buffer, offset, scaler));
     }
+    let buffers = cursor.u32("the number of buffers")?;
+    if buffers > MOST_BUFFERS {
+        return Err(at.damaged(format!("at most {MOST_BUFFERS} buffers"), buffers));
+    }
+    let width = |_| cursor.number(4, "the width of a buffer");
+    let widths = (0..buffers).map(width).collect::<Result<Vec<u64>>>()?;
+    let Some((code, buffer, offset, scaler)) = first else {
+        return Err(at.damaged("a scaler", "none"));
+    };
+    let Some(&sample) = SAMPLES.get(code as usize) else {
+        let what = format!("a DAQmx scaler of type {code:#x}");
+        return Err(Error::unsupported(what, WAY_OUT));
+    };
+    let (kind, offset) = match header {
+        DEVICE_LINES => (Kind::Other("digital lines of a DAQmx device"), offset / 8),
+        _ if scalers > 1 => (Kind::Other("samples of several DAQmx scalers"), offset),
+        _ => (Kind::Device(sample, scaler), offset),
+    };
+    let size = sample.bytes() as u64;
+    let (buffer, offset) = (buffer as usize, u64::from(offset));
+    let width = widths.get(buffer);
+    if width.is_none_or(|width| offset + size > *width) {
+        let expected = format!("a scaler within rows of {widths:?} bytes");
+        return Err(at.damaged(expected, format!("buffer {buffer}, byte {offset}")));
+    }
+    Ok(Index {
+        kind,
+        size: Some(size),
+        count,
+        bytes: 0,
+        device: Some(Device {
+            buffer,
+            offset,
+            widths,
+        }),
+    })
+}
 
-    pub(super) fn property(&mut self, name: &str) -> Result<Property> {
-        let at = self.at;
-        let (kind, size) = kind_of(self.u32("the type of a property")?, at)?;
-        let expected = format!("the property {name}");
-        let Some(size) = size else {
-            return self.text(&expected).map(Property::Text);
-        };
-        let bytes = self.take(size, &expected)?;
-        Ok(match kind {
-            Kind::Number(sample) => Property::of_sample(sample, self.order, bytes),
-            Kind::Time => Property::Time(Stamp::read(self.order, bytes)),
-            _ if size == 0 => Property::Text(String::new()),
-            // Complex numbers are the only others.
-            _ => {
-                let sample = if size == 8 { Sample::F32 } else { Sample::F64 };
-                let (re, im) = bytes.split_at(sample.bytes());
-                Property::Complex([re, im].map(|part| sample.to_f64(self.order, part)))
-            }
-        })
-    }
+pub(super) fn property(cursor: &mut Cursor, name: &str) -> Result<Value> {
+    let at = *cursor;
+    let (kind, size) = kind_of(cursor.u32("the type of a property")?, &at)?;
+    let expected = format!("the property {name}");
+    let Some(size) = size else {
+        return text(cursor, &expected).map(Value::Text);
+    };
+    let bytes = cursor.take(size, &expected)?;
+    Ok(match kind {
+        Kind::Number(sample) => Value::of_samples(sample, cursor.order, bytes),
+        Kind::Time => Value::Text(Stamp::read(cursor.order, bytes).text()),
+        _ if size == 0 => Value::Text(String::new()),
+        // Complex numbers are the only others.
+        _ => {
+            let sample = if size == 8 { Sample::F32 } else { Sample::F64 };
+            Value::of_samples(sample, cursor.order, bytes)
+        }
+    })
 }
 
 /// The kind of samples that a code stands for, and the bytes of one; none for texts.
-fn kind_of(code: u32, at: usize) -> Result<(Kind, Option<u64>)> {
+fn kind_of(code: u32, at: &Cursor) -> Result<(Kind, Option<u64>)> {
+    use Sample::*;
+    const SAMPLES: [Sample; 10] = [I8, I16, I32, I64, U8, U16, U32, U64, F32, F64];
+    let refused = |what: &str| Err(Error::unsupported(what, "write them as double"));
     let sample = match code {
-        1 => Sample::I8,
-        2 => Sample::I16,
-        3 => Sample::I32,
-        4 => Sample::I64,
-        5 => Sample::U8,
-        6 => Sample::U16,
-        7 => Sample::U32,
-        8 => Sample::U64,
-        9 | 0x19 => Sample::F32,
-        10 | 0x1a => Sample::F64,
-        0x21 => Sample::Bool,
+        1..=10 => SAMPLES[code as usize - 1],
+        0x19 => F32,
+        0x1a => F64,
+        0x21 => Bool,
         0 => return Ok((Kind::Other("no samples"), Some(0))),
         0x20 => return Ok((Kind::Text, None)),
         0x44 => return Ok((Kind::Time, Some(Stamp::BYTES))),
         0x08_000c => return Ok((Kind::Other("complex numbers"), Some(8))),
         0x10_000d => return Ok((Kind::Other("complex numbers"), Some(16))),
-        11 | 0x1b => {
-            let what = "numbers of extended precision";
-            return Err(Error::unsupported(what, "write them as double"));
-        }
-        0x4f => {
-            let what = "fixed-point numbers";
-            return Err(Error::unsupported(what, "write them as double"));
-        }
-        other => {
-            let place = format!("byte {at}");
-            return Err(Error::damaged(
-                place,
-                "a type of TDMS",
-                format!("{other:#x}"),
-            ));
-        }
+        11 | 0x1b => return refused("numbers of extended precision"),
+        0x4f => return refused("fixed-point numbers"),
+        other => return Err(at.damaged("a type of TDMS", format!("{other:#x}"))),
     };
     Ok((Kind::Number(sample), Some(sample.bytes() as u64)))
 }

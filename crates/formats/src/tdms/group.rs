@@ -2,169 +2,124 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::channel::{Channel, Form, Key, Positions, attributes};
-use super::decode::{Channels, OneChannel, Source, Stored};
-use super::pieces::Run;
-use super::samples::Texts;
-use super::scale::Scaling;
+use super::channel::{Channel, Form, Positions, attributes};
+use super::decode::{Times, texts};
+use crate::rows::{Record, Rows, Scaling};
+use crate::sets::{Sets, Traits, others, sets, variables};
 use crate::{
-    Attributes, Coordinate, Dimension, Place, Remark, Sample, SampleType, Value, Variable, time,
+    Bytes, Container, Coordinate, Dimension, Place, Remark, Result, Sample, SampleType, Value,
+    Variable, time,
 };
 
-/// All variables of a file and where their samples come from.
-#[derive(Debug, Default)]
-pub(super) struct Listing {
-    pub variables: Vec<Variable>,
-    pub sources: Vec<Source>,
-    /// Paths and places of texts.
-    pub texts: Vec<(String, Vec<Texts>)>,
-    pub remarks: Vec<Remark>,
-    paths: HashSet<String>,
+/// Adds the variables of groups to a container.
+pub(super) struct Listing<'a> {
+    pub file: &'a Bytes,
+    pub container: &'a mut Container,
+    pub paths: HashSet<String>,
 }
 
-impl Listing {
+impl Listing<'_> {
     /// Adds the variables of a group.
-    pub(super) fn add(&mut self, group: &str, channels: Vec<Channel>) {
+    pub(super) fn add(&mut self, group: &str, channels: Vec<Channel>) -> Result<()> {
         // The only channel of times of each length.
         let mut times: HashMap<u64, Option<usize>> = HashMap::new();
-        let (of_time, others) = channels
-            .into_iter()
-            .partition::<Vec<_>, _>(Channel::is_time);
+        let (of_time, others): (Vec<Channel>, Vec<Channel>) =
+            channels.into_iter().partition(Channel::is_time);
         for channel in of_time {
-            let place = self.variables.len();
+            let place = self.container.variables.len();
             let once = |found: &mut Option<usize>| *found = None;
             let len = channel.len();
             times.entry(len).and_modify(once).or_insert(Some(place));
-            self.add_set(format!("/{group}/{}", channel.name), vec![channel], None);
+            self.add_set(format!("/{group}/{}", channel.name), vec![channel], None)?;
         }
-        let mut sets: Vec<Vec<Channel>> = Vec::new();
-        let mut places: HashMap<Key, usize> = HashMap::new();
-        for channel in others {
-            match channel
-                .key()
-                .map(|key| *places.entry(key).or_insert(sets.len()))
-            {
-                Some(place) if place < sets.len() => sets[place].push(channel),
-                _ => sets.push(vec![channel]),
-            }
+        let (alone, together): (Vec<Channel>, Vec<Channel>) = others
+            .into_iter()
+            .partition(|channel| channel.is_alone().is_some());
+        let together = together
+            .into_iter()
+            .map(|channel| (channel.traits(), channel));
+        let remark =
+            |sets: &Sets<Channel>, traits: &Traits| remark(&sets[traits], sets, traits, &alone);
+        let path_of = |channel: &Channel| format!("/{group}/{}", channel.name);
+        for set in variables(sets(together), &format!("/{group}"), path_of, remark) {
+            self.container.remark_on_next(set.remark);
+            let listed = times.get(&set.arrays[0].len()).copied().flatten();
+            self.add_set(set.path, set.arrays, listed)?;
         }
-        let several = sets.iter().filter(|set| set.len() > 1).count();
-        let remarks: Vec<Option<String>> = (0..sets.len()).map(|set| remark(&sets, set)).collect();
-        let mut number = 0;
-        for (set, remark) in sets.into_iter().zip(remarks) {
-            let variable = Some(self.variables.len());
-            self.remarks
-                .extend(remark.map(|text| Remark { variable, text }));
-            let path = match &set[..] {
-                [channel] => format!("/{group}/{}", channel.name),
-                _ if several == 1 => format!("/{group}"),
-                _ => {
-                    number += 1;
-                    format!("/{group}/{number}")
-                }
-            };
-            let listed = times.get(&set[0].len()).copied().flatten();
-            self.add_set(path, set, listed);
+        for channel in alone {
+            let listed = times.get(&channel.len()).copied().flatten();
+            self.add_set(format!("/{group}/{}", channel.name), vec![channel], listed)?;
         }
+        Ok(())
     }
 
-    /// Adds the variable of channels that have a key in common, and those of their positions.
-    fn add_set(&mut self, path: String, channels: Vec<Channel>, times: Option<usize>) {
-        let first = &channels[0];
-        let time = first.axis.dimension(first.len(), times);
-        let mut attributes = attributes(&channels);
+    /// Adds the variable of channels that are alike, and those of their positions.
+    fn add_set(
+        &mut self,
+        path: String,
+        mut channels: Vec<Channel>,
+        times: Option<usize>,
+    ) -> Result<()> {
+        let path = self.unused(path);
+        let place = self.container.variables.len();
+        let time = channels[0].dimension(times);
+        let mut variable = Variable::new(path.clone(), vec![time], Sample::F64);
+        variable.attributes = attributes(&channels);
         let positions = match channels.len() {
             1 => Positions::default(),
             _ => Positions::of(&channels),
         };
-        let place = self.variables.len();
+        let bare = Dimension::new(channels.len() as u64).named("channel");
         let channel = Dimension {
             coordinate: positions
                 .coordinate
                 .map(|axis| Coordinate::Listed(place + 1 + axis)),
-            ..Dimension::new(channels.len() as u64).named("channel")
+            ..bare.clone()
         };
         if let Some(differ) = positions.differ {
             let text = format!("the units of the property {differ} of the channels differ");
-            attributes.insert_text("positions", text);
+            variable.attributes.insert_text("positions", text);
         }
-        let path = self.unused(path);
-        let mut dimensions = vec![time];
-        let (sample_type, source, place) = match &first.form {
+        match &channels[0].form {
             Form::Numbers(..) => {
-                let (sample, channels, place) = numbers(&path, channels, &mut attributes);
-                if let [_, _, ..] = channels.channels[..] {
-                    let at = if channels.is_time_first { 1 } else { 0 };
-                    dimensions.insert(at, channel.clone());
+                let rows = numbers(self.file, channels, &mut variable);
+                if rows.records.len() > 1 {
+                    let at = if rows.is_time_first { 1 } else { 0 };
+                    variable.dimensions.insert(at, channel);
                 }
-                (
-                    SampleType::Number(sample),
-                    Source::Channels(channels),
-                    place,
-                )
+                self.container.push_decoded(variable, rows);
             }
             Form::Time => {
-                attributes.insert_text("units", time::UNIT);
-                let source = Channels {
-                    path: path.clone(),
-                    channels: channels
-                        .into_iter()
-                        .map(|channel| OneChannel {
-                            pieces: channel.pieces,
-                            sample: Sample::I64,
-                            scaling: Scaling::default(),
-                        })
-                        .collect(),
-                    stored: Stored::Time,
-                    is_time_first: false,
-                };
-                let encoded = Place::Encoded { rows: 1 };
-                (
-                    SampleType::Number(Sample::I64),
-                    Source::Channels(source),
-                    encoded,
-                )
+                variable.attributes.insert_text("units", time::UNIT);
+                variable.sample_type = SampleType::Number(Sample::I64);
+                let pieces = std::mem::take(&mut channels[0].pieces);
+                let file = Bytes::clone(self.file);
+                self.container
+                    .push_decoded(variable, Times { path, file, pieces });
+                return Ok(());
             }
-            form => {
-                let what = match form {
-                    Form::Other(what) => what.clone(),
-                    _ => "text".to_owned(),
-                };
-                let texts = channels.into_iter().map(|channel| channel.texts);
-                let texts = texts.filter(|texts| !texts.is_empty());
-                self.texts.extend(texts.map(|texts| (path.clone(), texts)));
-                (
-                    SampleType::Other(what),
-                    Source::None,
-                    Place::Encoded { rows: 1 },
-                )
+            Form::Other(what) => {
+                let chunks = &channels[0].texts;
+                if let Some(texts) = texts((**self.file).as_ref(), chunks)?
+                    && !chunks.is_empty()
+                {
+                    self.container.attributes.insert(path, Value::Texts(texts));
+                }
+                variable.sample_type = SampleType::Other(what.clone());
+                self.container.push(variable);
+                return Ok(());
             }
-        };
-        self.variables.push(Variable {
-            path: path.clone(),
-            dimensions,
-            sample_type,
-            attributes,
-            place,
-        });
-        self.sources.push(source);
-        for (name, unit, values) in positions.listed {
-            let mut attributes = Attributes::default();
-            attributes.insert_text("units", unit.unwrap_or_default());
-            let along = Dimension {
-                coordinate: None,
-                ..channel.clone()
-            };
-            let path = self.unused(format!("{path}/{name}"));
-            self.variables.push(Variable {
-                path,
-                dimensions: vec![along],
-                sample_type: SampleType::Number(Sample::F64),
-                attributes,
-                place: Place::Encoded { rows: channel.len },
-            });
-            self.sources.push(Source::Held(values));
         }
+        for (name, unit, values) in positions.listed {
+            let path = self.unused(format!("{path}/{name}"));
+            let mut variable = Variable::new(path, vec![bare.clone()], Sample::F64);
+            variable
+                .attributes
+                .insert_text("units", unit.unwrap_or_default());
+            let values = values.into_iter().map(f64::to_ne_bytes);
+            self.container.push_list(variable, values);
+        }
+        Ok(())
     }
 
     /// The path, changed if a variable has it.
@@ -178,18 +133,21 @@ impl Listing {
 
 /// What is said of a set of channels about others of its group that are no part of it, and about some of
 /// another type that are.
-fn remark(sets: &[Vec<Channel>], set: usize) -> Option<String> {
-    let channels = &sets[set];
-    let key = channels[0].key().filter(|_| channels.len() > 1)?;
-    let others = sets.iter().enumerate().filter(|(other, _)| *other != set);
-    let apart = others.flat_map(|(_, others)| others).filter_map(|channel| {
-        let why = key.differs(channel)?;
-        Some(format!("{:?} ({why})", channel.name))
+fn remark(
+    channels: &[Channel],
+    sets: &Sets<Channel>,
+    traits: &Traits,
+    alone: &[Channel],
+) -> Option<String> {
+    let name = |channel: &Channel| format!("{:?}", channel.name);
+    let unread = alone.iter().filter_map(|channel| {
+        let why = channel.is_alone().filter(|why| *why != "text")?;
+        Some(format!("{} ({why})", name(channel)))
     });
+    let apart = others(sets, traits, name).chain(unread);
     let apart = Remark::listing("channels of the group that are left out:", apart);
-    let is_float = |sample: &Sample| matches!(sample, Sample::F16 | Sample::F32 | Sample::F64);
     let integer = |channel: &Channel| match channel.form {
-        Form::Numbers(sample, None) if !is_float(&sample) => Some(sample),
+        Form::Numbers(sample, None) if !sample.is_float() => Some(sample),
         _ => None,
     };
     let is_mixed = channels.iter().any(|channel| integer(channel).is_none());
@@ -202,92 +160,64 @@ fn remark(sets: &[Vec<Channel>], set: usize) -> Option<String> {
     (!said.is_empty()).then(|| said.join("; "))
 }
 
-/// The samples of channels of numbers: in place if all lie at even distances and are of one type and scaled
-/// alike.
-fn numbers(
-    path: &str,
-    channels: Vec<Channel>,
-    attributes: &mut Attributes,
-) -> (Sample, Channels, Place) {
+/// The samples of channels of numbers: as they are stored if all are of one type and scaled alike, else scaled.
+fn numbers(file: &Bytes, channels: Vec<Channel>, variable: &mut Variable) -> Rows {
     let of = |channel: &Channel| match &channel.form {
         Form::Numbers(sample, scaling) => (*sample, scaling.clone().unwrap_or_default()),
         _ => (Sample::F64, Scaling::default()),
     };
     let first = of(&channels[0]);
     let is_alike = channels.iter().all(|channel| of(channel) == first);
-    let (sample, scaling) = first;
-    let stored = match scaling.linear().filter(|_| is_alike) {
-        Some([slope, intercept]) => {
-            if [slope, intercept] != [1.0, 0.0] {
-                attributes.insert("scale_factor", Value::Numbers(vec![slope]));
-                attributes.insert("add_offset", Value::Numbers(vec![intercept]));
-            }
-            Stored::Number(sample)
-        }
-        None => Stored::Scaled,
-    };
-    let in_place = strided(sample, &channels).filter(|_| stored == Stored::Number(sample));
-    let (count, is_between) = channels[0].pieces.first_chunk(sample.bytes() as u64);
-    let (is_time_first, place) = match in_place {
-        Some((is_time_first, place)) => (is_time_first, place),
-        None => {
-            let is_time_first = is_between && channels.len() > 1;
-            let rows = if is_time_first { count } else { 1 };
-            (is_time_first, Place::Encoded { rows })
-        }
-    };
-    let decoded = match stored {
-        Stored::Number(sample) => sample,
-        _ => Sample::F64,
-    };
-    let channels = Channels {
-        path: path.to_owned(),
-        channels: channels
-            .into_iter()
-            .map(|channel| {
-                let (sample, scaling) = of(&channel);
-                OneChannel {
-                    pieces: channel.pieces,
-                    sample,
-                    scaling,
-                }
-            })
-            .collect(),
-        stored,
-        is_time_first,
-    };
-    (decoded, channels, place)
-}
-
-/// Where samples lie in the file, if they do at even distances, and whether those of a time are closer.
-fn strided(sample: Sample, channels: &[Channel]) -> Option<(bool, Place)> {
-    let size = sample.bytes() as u64;
-    let runs = channels.iter().map(|channel| channel.pieces.only_run());
-    let runs = runs.collect::<Option<Vec<_>>>()?;
-    let first = runs[0];
-    // A single sample has no step.
-    let step = if first.count == 1 { size } else { first.step };
-    let alike = |run: &Run| run.order == first.order && (first.count == 1 || run.step == step);
-    let across = match runs.get(1) {
-        Some(second) => second.start.checked_sub(first.start)?,
-        None => size,
-    };
-    let is_even = runs
-        .windows(2)
-        .all(|pair| pair[1].start.checked_sub(pair[0].start) == Some(across));
-    if !is_even || !runs.iter().all(alike) {
-        return None;
+    let linear = first.1.linear().filter(|_| is_alike);
+    if let Some([slope, intercept]) = linear.filter(|linear| *linear != [1.0, 0.0]) {
+        let attributes = &mut variable.attributes;
+        attributes.insert("scale_factor", Value::Numbers(vec![slope]));
+        attributes.insert("add_offset", Value::Numbers(vec![intercept]));
     }
-    let is_time_first = channels.len() > 1 && across < step;
-    let strides = match (channels.len(), is_time_first) {
-        (1, _) => vec![step],
-        (_, true) => vec![step, across],
-        (_, false) => vec![across, step],
+    let records = channels.into_iter().map(|channel| {
+        let (sample, scaling) = of(&channel);
+        Record {
+            pieces: channel.pieces,
+            sample: Some(sample),
+            scaling: if linear.is_some() {
+                Scaling::default()
+            } else {
+                scaling
+            },
+            held: None,
+        }
+    });
+    let mut rows = Rows {
+        path: variable.path.clone(),
+        file: Bytes::clone(file),
+        records: records.collect(),
+        sample: if linear.is_some() {
+            first.0
+        } else {
+            Sample::F64
+        },
+        is_time_first: false,
     };
-    let place = Place::Strided {
-        start: first.start,
-        strides,
-        order: first.order,
+    let is_single = rows.records.len() == 1;
+    variable.sample_type = SampleType::Number(rows.sample);
+    variable.place = match rows.strided() {
+        Some(Place::Strided {
+            start,
+            strides,
+            order,
+        }) => Place::Strided {
+            start,
+            strides: strides[usize::from(is_single)..].to_vec(),
+            order,
+        },
+        _ => {
+            // Samples of other channels between those of one are best read together.
+            let size = first.0.bytes() as u64;
+            let (count, is_between) = rows.records[0].pieces.first_chunk(size);
+            rows.is_time_first = is_between && !is_single;
+            let rows = if rows.is_time_first { count } else { 1 };
+            Place::Encoded { rows }
+        }
     };
-    Some((is_time_first, place))
+    rows
 }

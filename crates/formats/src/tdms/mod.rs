@@ -4,84 +4,70 @@ mod channel;
 mod decode;
 mod description;
 mod group;
-mod pieces;
 mod property;
 mod samples;
 mod scale;
 mod segments;
 
-use std::collections::HashMap;
-use std::sync::Arc;
+use std::collections::HashSet;
 
-use crate::{Bytes, Container, Error, Format, Options, Result, Value};
+use indexmap::IndexMap;
+
+use crate::{Bytes, Container, Error, Format, Options, Result};
 use channel::Channel;
-use decode::TdmsDecoder;
 use group::Listing;
 use property::Properties;
 use segments::{Object, Segments};
 
-/// The format of a file with this extension (lower case) and these bytes, if it is one of this module.
-pub(crate) fn detect(extension: &str, bytes: &[u8]) -> Option<Format> {
+/// The format of these bytes, if it is one of this module.
+pub(crate) fn detect(bytes: &[u8]) -> Option<Format> {
     let is_signed = bytes.starts_with(b"TDSm") || bytes.starts_with(b"TDSh");
-    (is_signed || extension == "tdms").then_some(Format::Tdms)
+    is_signed.then_some(Format::Tdms)
 }
 
 /// Opens a file of `format`.
 pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container> {
-    let held = Arc::clone(&bytes);
-    let bytes = (*held).as_ref();
-    let segments = Segments::read(bytes, options)?;
+    let segments = Segments::read((*bytes).as_ref(), options)?;
     let mut of_file = Properties::default();
-    let mut of_groups: HashMap<String, Properties> = HashMap::new();
+    let mut of_groups: IndexMap<String, Properties> = IndexMap::new();
     // In the order of their first channel.
-    let mut groups: Vec<(String, Vec<(String, Object)>)> = Vec::new();
-    let mut places: HashMap<String, usize> = HashMap::new();
-    let mut properties = Vec::new();
-    for object in segments.objects {
-        let mut names = names(&object.path)?.into_iter();
-        match (names.next(), names.next()) {
-            (None, _) => {
-                let all = object.properties.list.iter();
-                properties.extend(all.map(|(name, value)| (name.clone(), value.value())));
-                of_file = object.properties;
-            }
+    let mut groups: IndexMap<String, Vec<(String, Object)>> = IndexMap::new();
+    let mut container = Container::new(format, &bytes);
+    for (path, object) in segments.objects {
+        let mut names = names(&path)?.into_iter();
+        let (group, channel) = (names.next(), names.next());
+        let prefix = match &group {
+            Some(group) => format!("/{group}/"),
+            None => String::new(),
+        };
+        if channel.is_none() {
+            let of_it = object.properties.iter();
+            let of_it = of_it.map(|(name, value)| (format!("{prefix}{name}"), value.clone()));
+            container.attributes.0.extend(of_it);
+        }
+        match (group, channel) {
+            (None, _) => of_file = object.properties,
             (Some(group), None) => {
-                let all = object.properties.list.iter();
-                let of_group = |name: &String| format!("/{group}/{name}");
-                properties.extend(all.map(|(name, value)| (of_group(name), value.value())));
                 of_groups.insert(group, object.properties);
             }
             (Some(group), Some(channel)) => {
-                let place = *places.entry(group.clone()).or_insert(groups.len());
-                if place == groups.len() {
-                    groups.push((group, Vec::new()));
-                }
-                groups[place].1.push((channel, object));
+                groups.entry(group).or_default().push((channel, object))
             }
         }
     }
 
-    let mut listing = Listing::default();
+    let mut listing = Listing {
+        file: &bytes,
+        container: &mut container,
+        paths: HashSet::new(),
+    };
     let none = Properties::default();
     for (group, channels) in groups {
         let above = [of_groups.get(&group).unwrap_or(&none), &of_file];
         let channels = channels.into_iter();
         let channels = channels.map(|(name, object)| Channel::new(name, object, above));
-        listing.add(&group, channels.collect());
+        listing.add(&group, channels.collect())?;
     }
-    for (path, texts) in &listing.texts {
-        if let Some(values) = decode::texts(bytes, texts)? {
-            properties.push((path.clone(), Value::Texts(values)));
-        }
-    }
-    let decoder = TdmsDecoder {
-        bytes: Arc::clone(&held),
-        sources: listing.sources,
-    };
-    let mut container = Container::new(format, Arc::clone(&held), Some(Box::new(decoder)));
-    container.variables = listing.variables;
-    container.remarks = listing.remarks;
-    container.attributes.0 = properties;
     let incomplete = segments.incomplete.unwrap_or_default();
     container.attributes.insert_text("incomplete", incomplete);
     Ok(container)

@@ -1,21 +1,14 @@
 //! Values that belong to a file, a group or a channel.
 
-use std::collections::HashMap;
+use indexmap::IndexMap;
 
-use crate::{ByteOrder, Sample, Value, time};
+use crate::{ByteOrder, Value, time};
 
-/// A value.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Property {
-    Text(String),
-    Integer(i64),
-    Number(f64),
-    Complex([f64; 2]),
-    Time(Stamp),
-}
+/// The properties of one object, in the order of the file.
+pub(super) type Properties = IndexMap<String, Value>;
 
 /// Seconds since 1904-01-01 and 2^-64 of a second.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Stamp {
     pub seconds: i64,
     pub fraction: u64,
@@ -23,20 +16,15 @@ pub(super) struct Stamp {
 
 impl Stamp {
     pub(super) const BYTES: u64 = 16;
+    /// The text of a time that is none: LabVIEW writes the first second.
+    pub(super) const NONE: &str = "1904-01-01T00:00:00";
 
     /// From 16 bytes: in the little byte order the fraction comes first.
     pub(super) fn read(order: ByteOrder, bytes: &[u8]) -> Stamp {
-        let word = |at: usize| {
-            let mut word = [0; 8];
-            word.copy_from_slice(&bytes[at..at + 8]);
-            match order {
-                ByteOrder::Little => u64::from_le_bytes(word),
-                ByteOrder::Big => u64::from_be_bytes(word),
-            }
-        };
+        let (first, second) = (order.unsigned(&bytes[..8]), order.unsigned(&bytes[8..16]));
         let (seconds, fraction) = match order {
-            ByteOrder::Little => (word(8), word(0)),
-            ByteOrder::Big => (word(0), word(8)),
+            ByteOrder::Little => (second, first),
+            ByteOrder::Big => (first, second),
         };
         Stamp {
             seconds: seconds.cast_signed(),
@@ -53,7 +41,7 @@ impl Stamp {
         i64::try_from((i128::from(self.seconds) + epoch) * per_second + fraction).ok()
     }
 
-    fn text(self) -> String {
+    pub(super) fn text(self) -> String {
         match self.nanoseconds() {
             Some(nanoseconds) => time::text(nanoseconds),
             None => format!("{} s since 1904-01-01", self.seconds),
@@ -61,96 +49,40 @@ impl Stamp {
     }
 }
 
-impl Property {
-    /// As a value of an attribute.
-    pub(super) fn value(&self) -> Value {
-        match self {
-            Property::Text(text) => Value::Text(text.clone()),
-            Property::Integer(integer) => Value::Integers(vec![*integer]),
-            Property::Number(number) => Value::Numbers(vec![*number]),
-            Property::Complex(parts) => Value::Numbers(parts.to_vec()),
-            Property::Time(stamp) => Value::Text(stamp.text()),
-        }
-    }
+/// The text of this name; none if it is empty.
+pub(super) fn text_of<'p>(properties: &'p Properties, name: &str) -> Option<&'p str> {
+    properties.get(name)?.text()
+}
 
-    pub(super) fn of_sample(sample: Sample, order: ByteOrder, bytes: &[u8]) -> Property {
-        match sample.to_i64(order, bytes) {
-            Some(integer) => Property::Integer(integer),
-            None => Property::Number(sample.to_f64(order, bytes)),
-        }
-    }
+/// The number of this name.
+pub(super) fn number_of(properties: &Properties, name: &str) -> Option<f64> {
+    properties.get(name)?.number()
+}
 
-    pub(super) fn number(&self) -> Option<f64> {
-        match self {
-            Property::Integer(integer) => Some(*integer as f64),
-            Property::Number(number) => Some(*number),
-            _ => None,
-        }
+/// The integer of this name.
+pub(super) fn integer_of(properties: &Properties, name: &str) -> Option<i64> {
+    match properties.get(name)? {
+        Value::Integers(integers) => integers.first().copied(),
+        _ => None,
     }
 }
 
-/// The properties of one object, in the order of the file.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Properties {
-    pub list: Vec<(String, Property)>,
-    places: HashMap<String, usize>,
-}
-
-impl Properties {
-    /// Sets a property; what a later segment says replaces what an earlier one said. Whether it is new.
-    pub(super) fn set(&mut self, name: String, property: Property) -> bool {
-        if let Some(&place) = self.places.get(&name) {
-            self.list[place].1 = property;
-            return false;
-        }
-        self.places.insert(name.clone(), self.list.len());
-        self.list.push((name, property));
-        true
-    }
-
-    pub(super) fn get(&self, name: &str) -> Option<&Property> {
-        self.places.get(name).map(|&place| &self.list[place].1)
-    }
-
-    pub(super) fn number(&self, name: &str) -> Option<f64> {
-        self.get(name)?.number()
-    }
-
-    pub(super) fn integer(&self, name: &str) -> Option<i64> {
-        match self.get(name)? {
-            Property::Integer(integer) => Some(*integer),
-            _ => None,
-        }
-    }
-
-    pub(super) fn text(&self, name: &str) -> Option<&str> {
-        match self.get(name)? {
-            Property::Text(text) => Some(text.trim()).filter(|text| !text.is_empty()),
-            _ => None,
-        }
-    }
-
-    /// The position of a channel along an axis, and its unit: `x`, `Position (mm)`, `x` beside `x_unit`.
-    pub(super) fn position(&self, axis: &str) -> Option<(f64, Option<&str>)> {
-        let is_axis = |name: &str| split_unit(name).0.eq_ignore_ascii_case(axis);
-        let mut found = self.list.iter().filter(|(name, _)| is_axis(name));
-        let (name, value) = found.find_map(|(name, p)| Some((name, p.number()?)))?;
-        let is_beside = |name: &&String| {
-            let parts = name.get(..axis.len()).zip(name.get(axis.len()..));
-            parts.is_some_and(|(start, rest)| {
-                let rest = rest
-                    .trim_start_matches(['_', ' ', '-'])
-                    .to_ascii_lowercase();
-                let is_unit = matches!(rest.as_str(), "unit" | "units" | "unit_string");
-                is_unit && start.eq_ignore_ascii_case(axis)
-            })
-        };
-        let unit = split_unit(name).1.or_else(|| {
-            let mut names = self.list.iter().map(|(name, _)| name);
-            self.text(names.find(is_beside)?)
-        });
-        Some((value, unit))
-    }
+/// The position of a channel along an axis, and its unit: `x`, `Position (mm)`, `x` beside `x_unit`.
+pub(super) fn position<'p>(
+    properties: &'p Properties,
+    axis: &str,
+) -> Option<(f64, Option<&'p str>)> {
+    let is_axis = |name: &str| split_unit(name).0.eq_ignore_ascii_case(axis);
+    let mut found = properties.iter().filter(|(name, _)| is_axis(name));
+    let (name, value) = found.find_map(|(name, value)| Some((name, value.number()?)))?;
+    let is_beside = |name: &&String| {
+        let lower = name.to_ascii_lowercase();
+        let unit = lower.strip_prefix(axis).unwrap_or_default();
+        let unit = unit.trim_start_matches(['_', ' ', '-']);
+        matches!(unit, "unit" | "units" | "unit_string")
+    };
+    let beside = || text_of(properties, properties.keys().find(is_beside)?);
+    Some((value, split_unit(name).1.or_else(beside)))
 }
 
 /// A name and the unit in brackets behind it: `Time (s)`, `x [mm]`.
@@ -158,14 +90,11 @@ pub(super) fn split_unit(name: &str) -> (&str, Option<&str>) {
     let name = name.trim();
     let unit = |open, close| {
         let (before, unit) = name.strip_suffix(close)?.rsplit_once(open)?;
-        Some((
-            str::trim_end(before),
-            Some(str::trim(unit)).filter(|u| !u.is_empty()),
-        ))
+        let unit = Some(str::trim(unit)).filter(|unit| !unit.is_empty());
+        Some((str::trim_end(before), unit))
     };
-    unit('(', ')')
-        .or_else(|| unit('[', ']'))
-        .unwrap_or((name, None))
+    let found = unit('(', ')').or_else(|| unit('[', ']'));
+    found.unwrap_or((name, None))
 }
 
 #[cfg(test)]
@@ -174,38 +103,39 @@ mod tests {
 
     #[test]
     fn val_definition_times() {
-        let stamp = |seconds, fraction| Stamp { seconds, fraction };
-        let epoch = 2_082_844_800;
-        assert_eq!(stamp(epoch, 0).nanoseconds(), Some(0));
-        assert_eq!(stamp(epoch - 1, 1 << 63).nanoseconds(), Some(-500_000_000));
-        // A microsecond, cut to 2^-64 of a second.
-        assert_eq!(stamp(epoch, 18_446_744_073_709).nanoseconds(), Some(1000));
-        assert_eq!(stamp(epoch, u64::MAX).nanoseconds(), Some(1_000_000_000));
-        assert_eq!(stamp(i64::MAX, 0).nanoseconds(), None);
+        const EPOCH: i64 = 2_082_844_800;
+        for (seconds, fraction, nanoseconds) in [
+            (EPOCH, 0, Some(0)),
+            (EPOCH - 1, 1 << 63, Some(-500_000_000)),
+            // A microsecond, cut to 2^-64 of a second.
+            (EPOCH, 18_446_744_073_709, Some(1000)),
+            (EPOCH, u64::MAX, Some(1_000_000_000)),
+            (i64::MAX, 0, None),
+        ] {
+            assert_eq!(Stamp { seconds, fraction }.nanoseconds(), nanoseconds);
+        }
     }
 
     #[test]
     fn positions_and_their_units() {
-        let position = |pairs: &[(&str, Property)]| {
-            let mut properties = Properties::default();
-            for (name, property) in pairs {
-                properties.set((*name).into(), property.clone());
-            }
-            let found = properties.position("x");
-            found.map(|(x, unit)| (x, unit.map(str::to_owned)))
-        };
-        let text = |text: &str| Property::Text(text.into());
-        let mm = Some("mm".to_owned());
-        assert_eq!(
-            position(&[("X (mm)", Property::Integer(3))]),
-            Some((3.0, mm.clone()))
-        );
-        let beside = [("x", Property::Number(0.5)), ("X_Unit", text("mm"))];
-        assert_eq!(position(&beside), Some((0.5, mm)));
-        assert_eq!(position(&[("x", Property::Number(0.5))]), Some((0.5, None)));
-        assert_eq!(
-            position(&[("x", text("0.5")), ("xx", Property::Integer(1))]),
-            None
-        );
+        let number = |number| Value::Numbers(vec![number]);
+        let text = |text: &str| Value::Text(text.into());
+        for (pairs, expected) in [
+            (
+                vec![("X (mm)", Value::Integers(vec![3]))],
+                Some((3.0, Some("mm"))),
+            ),
+            (
+                vec![("x", number(0.5)), ("X_Unit", text("mm"))],
+                Some((0.5, Some("mm"))),
+            ),
+            (vec![("x", number(0.5))], Some((0.5, None))),
+            (vec![("x", text("0.5")), ("xx", number(1.0))], None),
+        ] {
+            let pairs = pairs
+                .into_iter()
+                .map(|(name, value)| (name.to_owned(), value));
+            assert_eq!(position(&pairs.collect(), "x"), expected);
+        }
     }
 }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::description::{Index, WAY_OUT};
-use super::pieces::Piece;
 use super::segments::Segments;
+use crate::rows::Piece;
 use crate::{ByteOrder, Error, Result};
 
 /// The samples of a segment.
@@ -27,6 +27,16 @@ pub(super) struct Texts {
     pub order: ByteOrder,
 }
 
+/// Objects with samples, by their place in the list of all.
+type Active = [(usize, Arc<Index>)];
+
+impl Data {
+    fn damaged(&self, expected: impl ToString, found: impl ToString) -> Error {
+        let place = format!("the samples at byte {}", self.start);
+        Error::damaged(place, expected.to_string(), found.to_string())
+    }
+}
+
 impl Segments {
     /// Finds the samples of a segment.
     pub(super) fn data(&mut self, data: Data, length: u64) -> Result<()> {
@@ -35,20 +45,15 @@ impl Segments {
         }
         // Each has a byte of a segment, or shares it with seven digital lines, unless the file is damaged.
         self.work += self.active.len() as u64;
-        let place = || format!("the samples at byte {}", data.start);
         if self.work > length.saturating_mul(8) {
             let found = format!("{} channels again and again", self.active.len());
-            return Err(Error::damaged(place(), "samples", found));
+            return Err(data.damaged("samples", found));
         }
-        let active: Vec<(usize, Arc<Index>)> = self
-            .active
-            .values()
-            .filter_map(|&object| Some((object, self.objects[object].index.clone()?)))
-            .collect();
+        let index = |&object: &usize| Some((object, self.objects[object].index.clone()?));
+        let active: Vec<_> = self.active.values().filter_map(index).collect();
         let devices = active.iter().filter(|(_, i)| i.device.is_some()).count();
         if active.is_empty() {
-            let found = format!("{} bytes", data.bytes);
-            return Err(Error::damaged(place(), "no samples", found));
+            return Err(data.damaged("no samples", format!("{} bytes", data.bytes)));
         }
         if devices == active.len() {
             return self.device(data, &active);
@@ -57,56 +62,48 @@ impl Segments {
             let what = "a segment with samples of a DAQmx device and others";
             return Err(Error::unsupported(what, WAY_OUT));
         }
-        let texts = active.iter().filter(|(_, i)| i.size.is_none()).count();
         // A single channel of texts is never interleaved.
-        if data.is_interleaved && !(texts == 1 && active.len() == 1) {
-            return self.interleaved(data, &active);
+        let is_text = active.len() == 1 && active[0].1.size.is_none();
+        match data.is_interleaved && !is_text {
+            true => self.interleaved(data, &active),
+            false => self.contiguous(data, &active),
         }
-        self.contiguous(data, &active, texts > 0)
     }
 
-    fn interleaved(&mut self, data: Data, active: &[(usize, Arc<Index>)]) -> Result<()> {
-        let place = || format!("the samples at byte {}", data.start);
+    fn interleaved(&mut self, data: Data, active: &Active) -> Result<()> {
         let count = active[0].1.count;
         let mut width = 0u64;
         for (object, index) in active {
+            let path = || {
+                self.objects
+                    .keys()
+                    .nth(*object)
+                    .cloned()
+                    .unwrap_or_default()
+            };
             let Some(size) = index.size else {
-                let found = format!("the texts of {}", self.objects[*object].path);
-                return Err(Error::damaged(place(), "interleaved numbers", found));
+                let found = format!("the texts of {}", path());
+                return Err(data.damaged("interleaved numbers", found));
             };
             if index.count != count {
-                let expected = format!("{count} samples of {}", self.objects[*object].path);
-                return Err(Error::damaged(place(), expected, index.count.to_string()));
+                let expected = format!("{count} samples of {}", path());
+                return Err(data.damaged(expected, index.count));
             }
             width += size;
         }
         let rows = data.bytes / width;
         let mut start = data.start;
         for (object, index) in active {
-            let piece = Piece {
-                start,
-                step: width,
-                count: rows,
-                chunks: 1,
-                stride: 0,
-                order: data.order,
-            };
-            self.push(*object, piece)?;
+            self.push(*object, Piece::of([start, width, rows], data.order))?;
             start += index.size.unwrap_or(0);
         }
         Ok(())
     }
 
-    fn contiguous(
-        &mut self,
-        data: Data,
-        active: &[(usize, Arc<Index>)],
-        has_texts: bool,
-    ) -> Result<()> {
+    fn contiguous(&mut self, data: Data, active: &Active) -> Result<()> {
         let sum = |sum: u64, (_, index): &(usize, Arc<Index>)| sum.checked_add(index.bytes);
         let Some(chunk) = active.iter().try_fold(0u64, sum) else {
-            let place = format!("the samples at byte {}", data.start);
-            return Err(Error::damaged(place, "a chunk", "more than 2^64 bytes"));
+            return Err(data.damaged("a chunk", "more than 2^64 bytes"));
         };
         let (chunks, rest) = (data.bytes / chunk, data.bytes % chunk);
         let mut start = data.start;
@@ -114,20 +111,28 @@ impl Segments {
             match index.size {
                 Some(step) => {
                     let piece = Piece {
-                        start,
-                        step,
-                        count: index.count,
                         chunks,
                         stride: chunk,
-                        order: data.order,
+                        ..Piece::of([start, step, index.count], data.order)
                     };
                     self.push(*object, piece)?;
                 }
-                None => self.texts(*object, index, start, chunks, chunk, data.order)?,
+                None => {
+                    for chunk in (0..chunks).map(|i| start + i * chunk) {
+                        self.budget.take(size_of::<Texts>() as u64)?;
+                        self.objects[*object].texts.push(Texts {
+                            start: chunk,
+                            bytes: index.bytes,
+                            count: index.count,
+                            order: data.order,
+                        });
+                    }
+                }
             }
             start += index.bytes;
         }
         // Where texts of a chunk that is cut would lie is not known.
+        let has_texts = active.iter().any(|(_, index)| index.size.is_none());
         if rest == 0 || has_texts {
             return Ok(());
         }
@@ -140,15 +145,7 @@ impl Segments {
                 // The writer shortened every channel alike.
                 false => (u128::from(index.count) * u128::from(rest) / u128::from(chunk)) as u64,
             };
-            let piece = Piece {
-                start,
-                step,
-                count,
-                chunks: 1,
-                stride: 0,
-                order: data.order,
-            };
-            self.push(*object, piece)?;
+            self.push(*object, Piece::of([start, step, count], data.order))?;
             start += count * step;
             left -= count * step;
             if data.is_cut && count < index.count {
@@ -158,61 +155,31 @@ impl Segments {
         Ok(())
     }
 
-    fn texts(
-        &mut self,
-        object: usize,
-        index: &Index,
-        start: u64,
-        chunks: u64,
-        stride: u64,
-        order: ByteOrder,
-    ) -> Result<()> {
-        for chunk in 0..chunks {
-            self.count(size_of::<Texts>())?;
-            self.objects[object].texts.push(Texts {
-                start: start + chunk * stride,
-                bytes: index.bytes,
-                count: index.count,
-                order,
-            });
-        }
-        Ok(())
-    }
-
     /// Finds the samples of a DAQmx device: buffer by buffer, in each of which channels are interleaved.
-    fn device(&mut self, data: Data, active: &[(usize, Arc<Index>)]) -> Result<()> {
-        let place = || format!("the samples at byte {}", data.start);
-        let devices = || {
-            let device = |(object, index): &'_ (usize, Arc<Index>)| (*object, Arc::clone(index));
-            active.iter().map(device)
+    fn device(&mut self, data: Data, active: &Active) -> Result<()> {
+        let device = |(object, index): &'_ (usize, Arc<Index>)| {
+            let device = index.device.as_ref()?;
+            Some((*object, index.count, device.buffer, device.offset))
         };
-        let Some(widths) = active[0].1.device.as_ref().map(|d| d.widths.clone()) else {
-            return Ok(());
-        };
-        let mut rows = vec![0u64; widths.len()];
-        for (object, index) in devices() {
-            let Some(device) = &index.device else {
-                continue;
-            };
-            if device.widths != widths {
-                let expected = format!("rows of {widths:?} bytes of {}", self.objects[object].path);
-                let found = format!("{:?}", device.widths);
-                return Err(Error::damaged(place(), expected, found));
-            }
-            rows[device.buffer] = rows[device.buffer].max(index.count);
+        let widths =
+            |(_, index): &'_ (usize, Arc<Index>)| Some(index.device.as_ref()?.widths.clone());
+        let mut all = active.iter().filter_map(widths);
+        let widths = all.next().unwrap_or_default();
+        if let Some(others) = all.find(|others| *others != widths) {
+            let expected = format!("rows of {widths:?} bytes");
+            return Err(data.damaged(expected, format!("{others:?}")));
         }
-        let sizes = rows
+        let mut rows = vec![0u64; widths.len()];
+        for (_, count, buffer, _) in active.iter().filter_map(device) {
+            rows[buffer] = rows[buffer].max(count);
+        }
+        let mut sizes = rows
             .iter()
             .zip(&widths)
             .map(|(rows, width)| rows.checked_mul(*width));
-        let chunk = sizes.collect::<Option<Vec<u64>>>().and_then(|sizes| {
-            sizes
-                .iter()
-                .try_fold(0u64, |sum, size| sum.checked_add(*size))
-        });
+        let chunk = sizes.try_fold(0u64, |sum, size| sum.checked_add(size?));
         let Some(chunk) = chunk.filter(|chunk| *chunk > 0) else {
-            let found = "nothing or more than 2^64 bytes";
-            return Err(Error::damaged(place(), "a chunk", found));
+            return Err(data.damaged("a chunk", "nothing or more than 2^64 bytes"));
         };
         let chunks = data.bytes / chunk;
         let mut left = data.bytes % chunk;
@@ -220,44 +187,34 @@ impl Segments {
         let mut buffers = Vec::new();
         for (rows, width) in rows.iter().zip(&widths) {
             // Buffers of a chunk that is cut follow one another in full.
-            let in_rest = if *width > 0 {
-                (left / width).min(*rows)
-            } else {
-                0
-            };
+            let in_rest = left.checked_div(*width).unwrap_or(0).min(*rows);
             left -= (rows * width).min(left);
             buffers.push((start, in_rest));
             start = start.saturating_add(rows * width);
         }
-        for (object, index) in devices() {
-            let Some(device) = &index.device else {
-                continue;
-            };
-            let (buffer, in_rest) = buffers[device.buffer];
-            let piece = Piece {
-                start: buffer.saturating_add(device.offset),
-                step: widths[device.buffer],
-                count: index.count,
+        for (object, count, buffer, offset) in active.iter().filter_map(device) {
+            let (start, in_rest) = buffers[buffer];
+            let (start, width) = (start.saturating_add(offset), widths[buffer]);
+            let whole = Piece {
                 chunks,
                 stride: chunk,
-                order: data.order,
+                ..Piece::of([start, width, count], data.order)
             };
-            self.push(object, piece)?;
-            let rest = Piece {
-                start: piece.start.saturating_add(chunks * chunk),
-                count: in_rest.min(index.count),
-                chunks: 1,
-                ..piece
-            };
-            self.push(object, rest)?;
+            self.push(object, whole)?;
+            let rest = [
+                start.saturating_add(chunks * chunk),
+                width,
+                in_rest.min(count),
+            ];
+            self.push(object, Piece::of(rest, data.order))?;
         }
         Ok(())
     }
 
     fn push(&mut self, object: usize, piece: Piece) -> Result<()> {
-        if self.objects[object].pieces.push(piece) {
-            self.count(2 * size_of::<Piece>())?;
+        match self.objects[object].pieces.push(piece) {
+            true => self.budget.take(2 * size_of::<Piece>() as u64),
+            false => Ok(()),
         }
-        Ok(())
     }
 }

@@ -9,68 +9,79 @@ pub(super) struct Lines<'a> {
     pub at: usize,
 }
 
+/// A line without its end, and its first byte.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Line<'a> {
+    pub text: &'a [u8],
+    at: usize,
+}
+
 impl<'a> Lines<'a> {
-    /// The next line without its end; none at the end of the file.
-    pub(super) fn next(&mut self) -> Option<&'a [u8]> {
-        let left = self.bytes.get(self.at..).filter(|left| !left.is_empty())?;
+    /// The next line; none at the end of the file.
+    pub(super) fn next(&mut self) -> Option<Line<'a>> {
+        let at = self.at;
+        let left = self.bytes.get(at..).filter(|left| !left.is_empty())?;
         let end = left.iter().position(|&byte| byte == b'\n');
         self.at += end.map_or(left.len(), |end| end + 1);
-        let line = &left[..end.unwrap_or(left.len())];
-        Some(line.strip_suffix(b"\r").unwrap_or(line))
+        let text = &left[..end.unwrap_or(left.len())];
+        let text = text.strip_suffix(b"\r").unwrap_or(text);
+        Some(Line { text, at })
     }
 
     /// The next line, which the data set must have.
-    pub(super) fn expect(&mut self, what: &str) -> Result<&'a [u8]> {
+    pub(super) fn expect(&mut self, what: &str) -> Result<Line<'a>> {
         let at = self.at;
         let end = || Error::damaged(format!("byte {at}"), what, "the end of the file");
         self.next().ok_or_else(end)
     }
 }
 
-/// Whether a line begins or ends a data set.
-pub(super) fn is_delimiter(line: &[u8]) -> bool {
-    line.trim_ascii() == b"-1"
-}
-
-/// The columns `from..to`, without blanks around, as far as the line has them.
-pub(super) fn columns(line: &[u8], from: usize, to: usize) -> &[u8] {
-    let to = to.min(line.len());
-    line.get(from..to).unwrap_or_default().trim_ascii()
-}
-
-/// The text of columns; empty for `NONE`.
-pub(super) fn label(line: &[u8], from: usize, to: usize) -> String {
-    let text = String::from_utf8_lossy(columns(line, from, to)).into_owned();
-    if text == "NONE" { String::new() } else { text }
-}
-
-/// An integer; 0 for blanks.
-pub(super) fn integer(line: &[u8], from: usize, to: usize, place: usize) -> Result<i64> {
-    let found = columns(line, from, to);
-    let text = std::str::from_utf8(found).ok();
-    match text {
-        Some("") => Ok(0),
-        text => text
-            .and_then(|text| text.parse().ok())
-            .ok_or_else(|| wrong(found, "an integer", place)),
+impl<'a> Line<'a> {
+    /// Whether it begins or ends a data set.
+    pub(super) fn is_delimiter(self) -> bool {
+        self.text.trim_ascii() == b"-1"
     }
-}
 
-/// A float, also with the exponent letter D of Fortran; 0 for blanks.
-pub(super) fn float(line: &[u8], from: usize, to: usize, place: usize) -> Result<f64> {
-    let found = columns(line, from, to);
-    if found.is_empty() {
-        return Ok(0.0);
+    /// The columns `from..to`, without blanks around, as far as the line has them.
+    pub(super) fn columns(self, from: usize, to: usize) -> &'a [u8] {
+        let to = to.min(self.text.len());
+        self.text.get(from..to).unwrap_or_default().trim_ascii()
     }
-    let text = std::str::from_utf8(found).ok();
-    let parsed = text.and_then(|text| match text.parse() {
-        Ok(value) => Some(value),
-        Err(_) => text.replace(['D', 'd'], "E").parse().ok(),
-    });
-    parsed.ok_or_else(|| wrong(found, "a number", place))
-}
 
-fn wrong(found: &[u8], expected: &str, place: usize) -> Error {
-    let found = String::from_utf8_lossy(found).into_owned();
-    Error::damaged(format!("the line at byte {place}"), expected, found)
+    /// The text of columns; empty for `NONE`.
+    pub(super) fn label(self, from: usize, to: usize) -> String {
+        let text = String::from_utf8_lossy(self.columns(from, to)).into_owned();
+        if text == "NONE" { String::new() } else { text }
+    }
+
+    /// An integer; 0 for blanks.
+    pub(super) fn integer(self, from: usize, to: usize) -> Result<i64> {
+        let found = self.columns(from, to);
+        let text = std::str::from_utf8(found).ok();
+        match text {
+            Some("") => Ok(0),
+            text => text
+                .and_then(|text| text.parse().ok())
+                .ok_or_else(|| self.damaged("an integer", found)),
+        }
+    }
+
+    /// A float, also with the exponent letter D of Fortran; 0 for blanks.
+    pub(super) fn float(self, from: usize, to: usize) -> Result<f64> {
+        let found = self.columns(from, to);
+        if found.is_empty() {
+            return Ok(0.0);
+        }
+        let text = std::str::from_utf8(found).ok();
+        let parsed = text.and_then(|text| match text.parse() {
+            Ok(value) => Some(value),
+            Err(_) => text.replace(['D', 'd'], "E").parse().ok(),
+        });
+        parsed.ok_or_else(|| self.damaged("a number", found))
+    }
+
+    pub(super) fn damaged(self, expected: &str, found: &[u8]) -> Error {
+        let found = String::from_utf8_lossy(&found[..found.len().min(40)]).into_owned();
+        Error::damaged(format!("the line at byte {}", self.at), expected, found)
+    }
 }

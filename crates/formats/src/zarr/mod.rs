@@ -4,15 +4,16 @@ mod json;
 mod quiet;
 mod walk;
 
-use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::path::Path;
+use std::sync::Arc;
 
 use zarrs::array::codec::CodecOptions;
 use zarrs::array::{Array, ArrayBytes, ArrayError, ArrayShardedExt};
 use zarrs::array_subset::ArraySubset;
 use zarrs::filesystem::FilesystemStore;
 
-use crate::{Block, Container, Decoder, Error, Format, Options, Result, Sample};
+use crate::container::{Block, Decoder};
+use crate::{Bytes, Container, Error, Format, Options, Result, Sample};
 use walk::Walk;
 
 /// What any store may stand for: chunks that were never written cost nothing.
@@ -34,16 +35,25 @@ pub(crate) fn open(format: Format, folder: &Path, options: &Options) -> Result<C
         arrays,
         ..
     } = walk;
-    let decoder = Store {
-        folder: folder.to_owned(),
-        arrays,
-        memory: options.memory,
-        stored: OnceLock::new(),
-    };
-    let no_bytes: Vec<u8> = Vec::new();
-    let mut container = Container::new(format, Arc::new(no_bytes), Some(Box::new(decoder)));
+    let no_bytes: Bytes = Arc::new(Vec::new());
+    let mut container = Container::new(format, &no_bytes);
+    let stored = length(folder, 0);
+    container.most_bytes = stored.saturating_mul(MAX_INFLATION).max(SMALL);
     container.attributes = attributes;
-    container.variables = variables;
+    for (variable, array) in variables.into_iter().zip(arrays) {
+        match array {
+            Some(array) => {
+                let (most, memory) = (container.most_bytes, options.memory);
+                let chunks = Chunks {
+                    array,
+                    most,
+                    memory,
+                };
+                container.push_decoded(variable, chunks);
+            }
+            None => container.push(variable),
+        }
+    }
     Ok(container)
 }
 
@@ -80,26 +90,22 @@ impl Stored {
     }
 }
 
-/// The arrays of a store, one for each variable.
-struct Store {
-    folder: PathBuf,
-    arrays: Vec<Option<Stored>>,
+/// The chunks of an array.
+struct Chunks {
+    array: Stored,
+    /// Most bytes that the store stands for.
+    most: u64,
     /// Bytes that decoding may take.
     memory: Option<u64>,
-    /// Bytes of all files.
-    stored: OnceLock<u64>,
 }
 
-impl Decoder for Store {
-    fn read(&self, variable: usize, block: Block, out: &mut [u8]) -> Result<()> {
-        let Some(stored) = &self.arrays[variable] else {
-            unreachable!("what is decoded has an array");
-        };
+impl Decoder for Chunks {
+    fn read(&self, block: Block, out: &mut [u8]) -> Result<()> {
+        let (stored, most) = (&self.array, self.most);
         let place = || format!("variable {}", stored.name);
-        let most = self.most_bytes().unwrap_or(u64::MAX);
         if stored.chunk > most {
             let expected = format!("chunks of at most {most} bytes in this store");
-            return Err(Error::damaged(place(), expected, stored.chunk.to_string()));
+            return Err(Error::damaged(place(), expected, stored.chunk));
         }
         let mut options = CodecOptions::default();
         options.set_concurrent_target(self.chunks_at_once(stored, out.len() as u64)?);
@@ -117,14 +123,9 @@ impl Decoder for Store {
             }
         }
     }
-
-    fn most_bytes(&self) -> Option<u64> {
-        let stored = self.stored.get_or_init(|| length(&self.folder, 0));
-        Some(stored.saturating_mul(MAX_INFLATION).max(SMALL))
-    }
 }
 
-impl Store {
+impl Chunks {
     /// How many chunks are decoded at once, beside a copy of `wanted` bytes.
     fn chunks_at_once(&self, stored: &Stored, wanted: u64) -> Result<usize> {
         let threads = rayon::current_num_threads();

@@ -276,10 +276,7 @@ impl Described {
         if !self.is_fill_a_gap || sample == Sample::Bool || bits.len() != sample.bytes() {
             return;
         }
-        let value = match sample.to_i64(ByteOrder::NATIVE, bits) {
-            Some(integer) => Value::Integers(vec![integer]),
-            None => Value::Numbers(vec![sample.to_f64(ByteOrder::NATIVE, bits)]),
-        };
+        let value = Value::of_samples(sample, ByteOrder::NATIVE, bits);
         set(&mut self.attributes, "_FillValue", value);
     }
 

@@ -343,29 +343,6 @@ fn regress_a_dump_cut_short_is_no_shorter_dump() {
 }
 
 #[test]
-fn regress_memory_is_limited() {
-    let (text, _) = large(60, 5);
-    let open = |memory| {
-        let mut options = Options::default();
-        options.memory = Some(memory);
-        open(
-            Format::Lammps,
-            Arc::new(text.clone().into_bytes()),
-            &options,
-        )
-    };
-    let needed = 60 * 40 + 72;
-    assert!(open(needed).is_ok());
-    let error = open(needed - 1).unwrap_err();
-    assert!(
-        matches!(error, Error::Memory { needed: found, .. } if found == needed),
-        "{error}"
-    );
-    let error = open(5 * 96 - 1).unwrap_err();
-    assert!(matches!(error, Error::Memory { .. }), "{error}");
-}
-
-#[test]
 fn regress_numbers_as_c_writes_them() {
     let text = "ITEM: TIMESTEP\n-3\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n\
                 ITEM: ATOMS vx id\r\n-nan 2 \r\n  4.9406564584124654e-324\t1\r\n\

@@ -48,12 +48,41 @@ fn regress_damaged_files_are_refused_or_read() {
     }
 }
 
+/// A file that is not what its name says: the error tells what it is.
+#[test]
+fn regress_text_of_another_name() {
+    for name in [
+        "bad.h5",
+        "bad.nc",
+        "bad.mat",
+        "bad.tdms",
+        "bad.mseed",
+        "bad.uff",
+        "bad.dump",
+        "bad.sgy",
+    ] {
+        let format = Format::detect(name, b"time,v\n0,1\n").unwrap();
+        let bytes = Arc::new(b"time,v\n0,1\n".to_vec());
+        let error = open(format, bytes, &Options::default())
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("the text \"time,v"), "{name}: {error}");
+        let packed = Format::detect(name, b"\x1f\x8b\x08");
+        assert_eq!(
+            packed.is_none(),
+            ["bad.h5", "bad.nc", "bad.mat", "bad.dump"].contains(&name)
+        );
+    }
+}
+
 #[test]
 fn regress_memory_is_limited() {
     for (format, folder, name, allowed) in [
         (Format::Tdms, "tdms", "field.tdms", 1000),
         (Format::MiniSeed, "miniseed", "several.mseed", 1000),
         (Format::Mat5, "mat", "v5_compressed.mat", 300),
+        (Format::Uff, "uff", "ascii.uff", 3 * 13 * 8 - 1),
+        (Format::Lammps, "lammps", "granular.lammpstrj", 21 * 40),
     ] {
         let mut options = Options::default();
         options.memory = Some(allowed);

@@ -156,8 +156,8 @@ fn regress_traces_of_one_shape_are_one_variable() {
     assert_eq!(
         said,
         [
-            "traces that are left out: XX.B.00.HHZ (40 samples, not 300); \
-         XX.STA.00.LOG (0.1 Hz, not 100)"
+            "traces that are left out: XX.B.00.HHZ (number of samples 40, not 300); \
+             XX.STA.00.LOG (sampling rate 0.1 Hz, not 100 Hz)"
         ]
     );
     let traces = &container.variables[container.find("traces").unwrap()];

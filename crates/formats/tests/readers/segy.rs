@@ -166,6 +166,61 @@ fn regress_revision_2() {
     assert_eq!(step, 62.5e-6);
 }
 
+/// What stands in some of five trace headers, and in the binary header, against what is said of it.
+#[test]
+fn val_definition_headers_that_contradict_each_other() {
+    let trace = |i: usize, field: usize| 3600 + i * 288 + field;
+    let all = |field: usize, value: u16| (0..5).map(move |i| (trace(i, field), value)).collect();
+    let intervals = |of_file: u16, first: u16| {
+        let places = [(3216, of_file), (trace(0, 116), first)];
+        Vec::from(places)
+    };
+    for (written, refused, remark) in [
+        // Unset fields contradict nothing.
+        (intervals(0, 2001), None, None),
+        (intervals(2001, 0), None, None),
+        (
+            intervals(4000, 2001),
+            Some("4000 us in the binary header and of 2001 us in trace 1"),
+            None,
+        ),
+        (
+            vec![(3216, 0), (trace(2, 116), 500)],
+            Some("2001 us in trace 1 and of 500 us in trace 3"),
+            None,
+        ),
+        (
+            vec![(trace(3, 28), 2)],
+            None,
+            Some("traces that hold no record of a sensor: 4 (dead)"),
+        ),
+        (
+            vec![(trace(0, 28), 7)],
+            None,
+            Some("1 (identification code 7)"),
+        ),
+        (all(28, 1), None, None),
+        (all(28, 14), None, None),
+    ] {
+        let mut bytes = file("ibm.sgy");
+        for (at, value) in written {
+            bytes[at..at + 2].copy_from_slice(&u16::to_be_bytes(value));
+        }
+        match (open_bytes("a.sgy", bytes), refused) {
+            (Err(error), Some(what)) => assert!(error.to_string().contains(what), "{error}"),
+            (Ok(container), None) => {
+                let said: Vec<&str> = container.remarks.iter().map(|r| &*r.text).collect();
+                assert_eq!(said.is_empty(), remark.is_none(), "{said:?}");
+                assert!(
+                    said.concat().contains(remark.unwrap_or_default()),
+                    "{said:?}"
+                );
+            }
+            (found, _) => panic!("{found:?}, not {refused:?}"),
+        }
+    }
+}
+
 #[test]
 fn regress_refused() {
     let mut unequal = file("ibm.sgy");

@@ -444,7 +444,7 @@ fn val_definition_channels_of_several_types_are_one_variable() {
     assert_eq!(remarks[0].variable, Some(at));
     for part in [
         "\"d\" (unit mm/s, not m/s)",
-        "\"e\" (2 samples, not 3)",
+        "\"e\" (number of samples 2, not 3)",
         "unscaled integers beside floats: \"c\" (i32)",
     ] {
         assert!(remarks[0].text.contains(part), "{}", remarks[0].text);

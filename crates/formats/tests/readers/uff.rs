@@ -3,7 +3,7 @@
 use serde_json::Value as Json;
 use std::sync::Arc;
 use wavecascade_formats::{
-    Container, Coordinate, Error, Format, Options, Place, Result, SampleType, Value, open,
+    Container, Coordinate, Format, Options, Place, Result, SampleType, Value, open,
 };
 
 use super::common::{self, values};
@@ -89,7 +89,7 @@ fn regress_several_shapes() {
     let complex = &container.variables[container.find("records/3").unwrap()];
     assert_eq!(
         complex.sample_type,
-        SampleType::Other("complex numbers".into())
+        SampleType::Other("functions of type 4, no records of time".into())
     );
     assert_eq!(complex.dimensions[1].name.as_deref(), Some("abscissa"));
     let skipped = container.attributes.get("skipped");
@@ -125,20 +125,6 @@ fn regress_nodes_of_data_set_2411() {
     let coordinate = &container.variables[records].dimensions[0].coordinate;
     assert_eq!(*coordinate, Some(Coordinate::Listed(z)));
     assert_eq!(container.numbers(z).unwrap(), [-0.1, 2.5]);
-}
-
-#[test]
-fn regress_memory_is_limited() {
-    let mut options = Options::default();
-    options.memory = Some(3 * 13 * 8);
-    let open = |options: &Options| open(Format::Uff, Arc::new(file("ascii.uff")), options);
-    assert!(open(&options).is_ok());
-    options.memory = Some(3 * 13 * 8 - 1);
-    let error = open(&options).unwrap_err();
-    assert!(
-        matches!(error, Error::Memory { needed: 312, .. }),
-        "{error}"
-    );
 }
 
 /// A data set 58 in ASCII with even or uneven abscissas.
@@ -195,10 +181,90 @@ fn val_definition_records_that_differ() {
     assert_eq!(remarks[0].variable, Some(at));
     let text = &remarks[0].text;
     for part in [
-        "3 (\"name\") at node 7: unit mm/s, not m/s; 5 (\"name\") at node 7: 6 values, not 7;",
-        "with the others: 4 (\"name\") at node 7: label \"Vel.\", not \"\"",
+        "3 (\"name\") at node 7 (unit mm/s, not m/s); 5 (\"name\") at node 7 (number of values 6, not 7);",
+        "a node that has one already: 2 (\"name\") at node 7; 4 (\"name\") at node 7;",
+        "label than \"\" that are taken with the others: 4 (\"name\") at node 7: label \"Vel.\"",
     ] {
         assert!(text.contains(part), "{text}");
+    }
+}
+
+/// A record with other codes in its header: of the function, the direction, the abscissa, the ordinate.
+fn coded([function, direction, abscissa, ordinate]: [i64; 4], node: i64) -> String {
+    ascii(7, false, 1.0)
+        .replacen("    1         0", &format!("{function:5}         0"), 1)
+        .replacen("         7   3", &format!("{node:10}{direction:4}"), 1)
+        .replacen("        17    0", &format!("{abscissa:10}    0"), 1)
+        .replacen("        11    0", &format!("{ordinate:10}    0"), 1)
+}
+
+#[test]
+fn val_definition_types_of_functions_and_ordinates() {
+    let first = |codes| open_bytes(coded(codes, 7).into_bytes()).unwrap().variables[0].clone();
+    for (ordinate, quantity) in [
+        (8, Some("displacement")),
+        (9, Some("force")),
+        (11, Some("velocity")),
+        (12, Some("acceleration")),
+        (13, Some("force")),
+        (0, None),
+        (15, None),
+    ] {
+        let found = first([1, 3, 17, ordinate]);
+        assert_eq!(
+            found.attributes.text("standard_name"),
+            quantity,
+            "{ordinate}"
+        );
+        assert!(found.sample_type.number().is_some());
+    }
+    // A frequency response, spectra, a correlation, a response over frequency.
+    for (function, abscissa) in [(4, 18), (2, 18), (9, 18), (7, 17), (1, 18), (0, 18)] {
+        let found = first([function, 3, abscissa, 11]).sample_type;
+        assert_eq!(found.number(), None, "{function} {abscissa}");
+        assert!(
+            found
+                .way_out()
+                .is_some_and(|way| way.contains("function type 1"))
+        );
+    }
+}
+
+/// One of twelve records that does not belong to the others is said.
+#[test]
+fn val_definition_one_record_of_twelve() {
+    for (codes, node, said) in [
+        ([1, 3, 17, 11], 5, None),
+        (
+            [4, 3, 17, 11],
+            5,
+            Some("5 (\"name\") at node 5 (function type 4, not 1)"),
+        ),
+        ([1, 3, 18, 11], 5, Some("type of the abscissa 18, not 17")),
+        ([1, 3, 17, 12], 5, Some("data of type 12, not 11")),
+        ([1, 2, 17, 11], 5, Some("direction 2, not 3")),
+        ([1, -3, 17, 11], 5, Some("direction -3, not 3")),
+        (
+            [1, 3, 17, 11],
+            4,
+            Some("a node that has one already: 5 (\"name\") at node 4"),
+        ),
+    ] {
+        let one = |i: i64| match i {
+            5 => coded(codes, node),
+            _ => coded([1, 3, 17, 11], i),
+        };
+        let text: String = (1..=12).map(one).collect();
+        let container = open_bytes(text.into_bytes()).unwrap();
+        let texts: Vec<&str> = container
+            .remarks
+            .iter()
+            .map(|remark| &*remark.text)
+            .collect();
+        match said {
+            None => assert!(texts.is_empty(), "{texts:?}"),
+            Some(said) => assert!(texts.concat().contains(said), "{texts:?}"),
+        }
     }
 }
 
