@@ -4,6 +4,7 @@ use serde_json::json;
 
 use super::{Design, DesignKey, Designed, Judge};
 use crate::chain::scene::Units;
+use crate::numeric::sorted;
 use crate::sheet::{
     BLUE, Chart, Describe, GREEN, Level, Look, PlotRow, Series, Sheet, Table, VERMILLION, number,
     percent, with_unit,
@@ -57,7 +58,8 @@ impl Describe for Designed {
         );
         if !self.after.members.is_empty() {
             let [after, before] = [&self.after, &self.before].map(spread);
-            sheet.fact("tolerances", format!("{after}; before {before}"));
+            let before = before.map_or_else(String::new, |before| format!("; before {before}"));
+            sheet.fact("tolerances", after.unwrap_or_default() + &before);
         }
         let at_bounds: Vec<&str> = self.at_bounds().collect();
         if !at_bounds.is_empty() {
@@ -132,18 +134,12 @@ fn tries(course: &[f64]) -> Vec<f64> {
     (0..course.len()).map(|i| i as f64).collect()
 }
 
-/// Ends and median of the members.
-fn spread(design: &Design) -> String {
-    let sorted = sorted(design);
-    let [low, middle, high] = [0.0, 0.5, 1.0]
-        .map(|share| number(sorted[((sorted.len() - 1) as f64 * share).round() as usize]));
-    format!("{low} to {high}, median {middle}")
-}
-
-fn sorted(design: &Design) -> Vec<f64> {
-    let mut sorted = design.members.clone();
-    sorted.sort_by(f64::total_cmp);
-    sorted
+/// Ends and median of the members; `None` without.
+fn spread(design: &Design) -> Option<String> {
+    let sorted = sorted(design.members.iter().copied());
+    let last = sorted.len().checked_sub(1)?;
+    let [low, middle, high] = [0, last.div_ceil(2), last].map(|at| number(sorted[at]));
+    Some(format!("{low} to {high}, median {middle}"))
 }
 
 impl Designed {
@@ -188,15 +184,17 @@ impl Designed {
             let stays = self.shown(before);
             return format!("no design does better than the scene: {what} stays {stays}");
         }
-        let share = percent(self.change().abs());
-        let change = match before.is_nan() || before == 0.0 {
-            true => "the scene exceeds a limit".to_owned(),
-            false if after < before => format!("{share} less"),
-            false => format!("{share} more"),
+        let (verb, side) = if after < before {
+            ("falls", "less")
+        } else {
+            ("rises", "more")
         };
-        let verb = match after < before || before.is_nan() {
-            true => "falls",
-            false => "rises",
+        let is_better = (after < before) != self.request.is_most;
+        let change = match (is_better, before == 0.0) {
+            // Only limits make the best design a worse one.
+            (false, _) => "which the limits take".to_owned(),
+            (true, true) => "the scene has none".to_owned(),
+            (true, false) => format!("{} {side}", percent(self.change().abs())),
         };
         let found = match self.is_random {
             true => "a random try found it, the search did not".to_owned(),
@@ -266,7 +264,11 @@ impl Designed {
                 n => format!("{n} values, {low} to {high}"),
             };
             let name = label(&key.name, &key.unit);
-            vec![name, number(before), number(after), bounds]
+            let before = match before.is_nan() {
+                true => "not stated".into(),
+                false => number(before),
+            };
+            vec![name, before, number(after), bounds]
         });
         let table = Table::of("Values", &["key", "scene", "design", "bounds"], rows);
         match self.keys.len() <= NAMED {
@@ -350,7 +352,7 @@ impl Designed {
 
     fn members_chart(&self) -> Chart {
         let of = |design: &Design| -> Vec<(f64, f64)> {
-            let sorted = sorted(design);
+            let sorted = sorted(design.members.iter().copied());
             let share = |i: usize| 100.0 * (i as f64 + 0.5) / sorted.len() as f64;
             let places = sorted.iter().enumerate();
             places.map(|(i, value)| (share(i), *value)).collect()

@@ -210,6 +210,13 @@ impl Space {
             .collect()
     }
 
+    /// The scene's own values; NaN where it states none.
+    pub(super) fn of_scene(&self) -> Vec<f64> {
+        let keys = self.free.iter().map(|free| &free.key);
+        keys.map(|key| if key.is_stated { key.start } else { f64::NAN })
+            .collect()
+    }
+
     pub(super) fn start(&self) -> Vec<f64> {
         self.free.iter().map(Free::start).collect()
     }

@@ -6,6 +6,7 @@ use crate::chain::Chain;
 use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::field::{Axis, Quantity};
 use crate::measure::{self, Dimension};
+use crate::numeric::{Random, median, sorted};
 use crate::transform::{RecordScratch, RecordTransform, fold};
 use crate::{Error, Field, Result};
 
@@ -17,6 +18,12 @@ const OFF: f64 = 0.05;
 
 /// Fewest samples of a record and of all, for each unknown, that can be fitted.
 const LEAST: usize = 8;
+
+/// Samples whose squares, and those of their noise, are numbers.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-120..=1e120;
+
+/// Draws of noise within a step of rounding, before the likeliest one is taken.
+const DRAWS: usize = 200;
 
 /// Records of a quantity at bodies, or of forces at contacts, of a chain.
 ///
@@ -36,7 +43,7 @@ pub struct Records {
 
 impl Records {
     /// The records of a field of a scene's chain. `bodies` are those of the field's sites; by default each site is at
-    /// the body of its number, or where the field states positions and the scene the distance of its bodies, at that of
+    /// the body that its name numbers, else at that of its own number, or where the field states positions and the scene the distance of its bodies, at that of
     /// its position.
     ///
     /// # Errors
@@ -54,23 +61,77 @@ impl Records {
             }
             None => bodies_of(field, setup, scales.length)?,
         };
-        let mut values = vec![0.0; n * m];
-        field.read_site_major(0..n, 0..m, &mut values);
-        values.iter_mut().for_each(|value| {
-            *value = match value.is_finite() {
-                true => *value * scales.sample,
-                false => f64::NAN,
-            }
-        });
-        let records = Records {
+        let mut records = Records {
             quantity: field.quantity,
             times: (0..n).map(|i| scales.time * field.time.at(i)).collect(),
             bodies,
-            values,
+            values: Vec::new(),
             units: scales.units,
         };
+        // Before a large field is read.
         records.check(setup)?;
+        let mut values = vec![0.0; n * m];
+        field.read_site_major(0..n, 0..m, &mut values);
+        for value in &mut values {
+            *value = if value.is_finite() {
+                *value * scales.sample
+            } else {
+                f64::NAN
+            };
+        }
+        records.values = values;
+        records.check_size()?;
         Ok(records)
+    }
+
+    /// That squares of the samples, and of their noise, are numbers above 0.
+    fn check_size(&self) -> Result<()> {
+        let known = self.values.iter().filter(|value| value.is_finite());
+        let largest = known.fold(0.0, |m: f64, value| m.max(value.abs()));
+        if SIZES.contains(&largest) {
+            return Ok(());
+        }
+        let expected = format!(
+            "samples of which the largest is {:e} to {:e}",
+            SIZES.start(),
+            SIZES.end()
+        );
+        Err(Error::request("field", expected, format!("{largest:e}")))
+    }
+
+    /// Without samples.
+    pub(super) fn without_values(&self) -> Records {
+        Records {
+            quantity: self.quantity,
+            times: self.times.clone(),
+            bodies: self.bodies.clone(),
+            values: Vec::new(),
+            units: self.units.clone(),
+        }
+    }
+
+    /// The same samples, with a sign, as those of other bodies.
+    pub(super) fn placed(&self, places: &[(usize, f64)]) -> Records {
+        let records = self.values.chunks_exact(self.times.len()).zip(places);
+        let signed = records.flat_map(|(record, (_, sign))| record.iter().map(move |v| sign * v));
+        Records {
+            values: signed.collect(),
+            bodies: places.iter().map(|(body, _)| *body).collect(),
+            ..self.without_values()
+        }
+    }
+
+    /// How many steps later than those of a run half of the largest values are first reached, in the middle of all records.
+    pub(super) fn delay(&self, run: &[f64]) -> f64 {
+        let n = self.times.len();
+        let half = |record: &[f64]| {
+            let largest = record.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            let is_half = |v: &f64| largest > 0.0 && v.abs() >= 0.5 * largest;
+            record.iter().position(is_half).map(|at| at as f64)
+        };
+        let pairs = self.values.chunks_exact(n).zip(run.chunks_exact(n));
+        let delays = pairs.filter_map(|(measured, run)| Some(half(measured)? - half(run)?));
+        median(delays).unwrap_or(0.0)
     }
 
     pub(super) fn check(&self, setup: &Setup) -> Result<()> {
@@ -132,6 +193,37 @@ impl Records {
         let all = values.into_iter().zip(&self.values);
         all.map(|(value, own)| if own.is_finite() { value } else { 0.0 })
             .collect()
+    }
+
+    /// What is left of the samples, without what rounding them has left: the error of rounding is no noise, as the motion makes it. It
+    /// is replaced by noise as large that the motion does not make, and by a draw of the noise that is rounded with it.
+    ///
+    /// Source: P. K. Dunn, G. K. Smyth, J. Comput. Graph. Stat. 5 (1996) 236 (randomized residuals).
+    pub(super) fn unrounded(&self, residual: &[f64]) -> Vec<f64> {
+        let n = self.times.len();
+        let mut random = Random::new(0);
+        let mut out = residual.to_vec();
+        for (site, left) in out.chunks_exact_mut(n).enumerate() {
+            let values = self.record(site);
+            let known = values.iter().filter(|value| value.is_finite()).count();
+            let variance = left.iter().map(|r| r * r).sum::<f64>() / known.max(1) as f64;
+            let Some(step) = resolution(values).filter(|q| q * q > 1e-6 * variance) else {
+                continue;
+            };
+            let noise = (variance - step * step / 12.0).sqrt().max(step / 20.0);
+            for (r, _) in left.iter_mut().zip(values).filter(|(_, v)| v.is_finite()) {
+                let ends = [*r - 0.5 * step, *r + 0.5 * step];
+                let least = 0f64.clamp(ends[0], ends[1]);
+                let mut draw = || {
+                    let at = ends[0] + step * random.uniform();
+                    let chance = (0.5 * (least * least - at * at) / (noise * noise)).exp();
+                    (random.uniform() <= chance).then_some(at)
+                };
+                let drawn = (0..DRAWS).find_map(|_| draw()).unwrap_or(least);
+                *r = drawn + step * (random.uniform() - 0.5);
+            }
+        }
+        out
     }
 
     /// Values in place of the samples as `(time, site)`.
@@ -201,6 +293,19 @@ impl Records {
             ..self.clone()
         }
     }
+}
+
+/// The step that a record is rounded to: the least difference of its values, if all differ by multiples of it.
+fn resolution(record: &[f64]) -> Option<f64> {
+    let mut values = sorted(record.iter().copied().filter(|value| value.is_finite()));
+    values.dedup();
+    let steps = values.windows(2).map(|pair| pair[1] - pair[0]);
+    let least = steps.fold(f64::INFINITY, f64::min);
+    let is_multiple = |value: &f64| {
+        let count = (value - values[0]) / least;
+        (count - count.round()).abs() < 1e-3
+    };
+    (values.len() >= LEAST && values.iter().all(is_multiple)).then_some(least)
 }
 
 /// What numbers of a field are multiplied by to be in the units of a scene.
@@ -304,7 +409,14 @@ fn no_run_has(quantity: Quantity) -> Error {
     Error::request("quantity", expected, quantity.name())
 }
 
+/// By the numbers in the names of the sites, which differ; else by positions.
 fn bodies_of(field: &Field, setup: &Setup, length: Option<f64>) -> Result<Vec<usize>> {
+    let named: Option<Vec<usize>> = field.channels.iter().map(|name| number_in(name)).collect();
+    let is_whole = |named: &Vec<usize>| named.len() == field.n_sites();
+    let is_once = |named: &Vec<usize>| (1..named.len()).all(|i| !named[..i].contains(&named[i]));
+    if let Some(named) = named.filter(|named| is_whole(named) && is_once(named)) {
+        return Ok(named);
+    }
     let is_counted = field.space.unit.is_none() && field.space.step == 1.0;
     let pitch = match (is_counted, setup.pitch, length) {
         (false, Some(pitch), Some(length)) => pitch / length,
@@ -331,6 +443,22 @@ fn bodies_of(field: &Field, setup: &Setup, length: Option<f64>) -> Result<Vec<us
     (0..field.n_sites()).map(body).collect()
 }
 
+/// Words before numbers that are those of instruments and not of bodies.
+const INSTRUMENTS: [&str; 10] = [
+    "ch", "chan", "channel", "kanal", "sensor", "probe", "trace", "signal", "col", "column",
+];
+
+/// The whole number behind a word: 4 of `body 4`, `v4` and `bead_4 (m/s)`, none of `CH4`.
+fn number_in(name: &str) -> Option<usize> {
+    let name = name.split(['(', '[']).next()?.trim().to_lowercase();
+    let word = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number = name[word.len()..].parse().ok()?;
+    let is_word = |c: char| c.is_alphabetic() || " _-".contains(c);
+    let own = word.trim_end_matches([' ', '_', '-']);
+    let is_body = !own.is_empty() && own.chars().all(is_word) && !INSTRUMENTS.contains(&own);
+    is_body.then_some(number)
+}
+
 fn no_positions(field: &Field) -> Error {
     let expected = "the bodies of the field's sites, such as `--bodies 3,7,11`: the scene states no distance of bodies";
     Error::request(
@@ -338,4 +466,37 @@ fn no_positions(field: &Field) -> Error {
         expected,
         format!("positions in {}", field.space.space_unit()),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_sites_number_bodies_and_not_channels() {
+        for (name, body) in [
+            ("body 4", Some(4)),
+            ("v12", Some(12)),
+            ("bead_8 (m/s)", Some(8)),
+            ("Contact-0 [N]", Some(0)),
+            ("CH4", None),
+            ("sensor 2", None),
+            ("0.5", None),
+            ("4", None),
+            ("row 3 body 2", None),
+            ("time", None),
+        ] {
+            assert_eq!(number_in(name), body, "{name}");
+        }
+    }
+
+    /// Decimals are the step; numbers of all digits have none.
+    #[test]
+    fn val_closed_form_steps_of_rounding() {
+        let wave: Vec<f64> = (0..200).map(|i| (0.1 * f64::from(i)).sin()).collect();
+        let rounded: Vec<f64> = wave.iter().map(|v| (v / 0.01).round() * 0.01).collect();
+        assert!((resolution(&rounded).unwrap() - 0.01).abs() < 1e-9);
+        assert_eq!(resolution(&wave), None);
+        assert_eq!(resolution(&[0.0, 1.0, 0.0, f64::NAN]), None);
+    }
 }

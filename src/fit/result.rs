@@ -57,8 +57,11 @@ pub struct Fitted {
     pub undetermined: Vec<Direction>,
     /// What noise does not explain; `None` for nothing.
     pub misfit: Option<Misfit>,
-    /// What explains the misfit, of all that was tried.
+    /// What explains the misfit, and kinds of all that was tried.
     pub cause: Option<Cause>,
+    pub tried: Vec<String>,
+    /// Whether the search for a cause was stopped.
+    pub is_cut: bool,
     pub overlay: Overlay,
     /// Standard deviation of what is left, and its correlation with what is left so many samples later.
     pub noise: f64,
@@ -104,7 +107,7 @@ pub(super) fn misfit(
     let known = model.records.is_known();
     let judged = Judged {
         records: model.records,
-        residual: &found.residual[..known.len()],
+        residual: &model.records.unrounded(&found.residual[..known.len()]),
         known: &known,
         predicted,
         columns: &found.columns,
@@ -125,7 +128,8 @@ pub(super) fn judge(model: &Model, found: &Minimum) -> Noted {
         sites: records.bodies.len(),
         times: records.times.len(),
     };
-    let noise = Noise::of(&found.residual[..records.values.len()], &known, &linear);
+    let residual = records.unrounded(&found.residual[..records.values.len()]);
+    let noise = Noise::of(&residual, &known, &linear);
     let mut covariance = linear.covariance(&noise);
     for (i, row) in covariance.iter_mut().enumerate() {
         row.iter_mut()
@@ -207,6 +211,8 @@ impl Fitted {
             searches,
             runs: 0,
             cause: None,
+            tried: Vec::new(),
+            is_cut: false,
             scene: settings.map(|s| [s.key, s.text]).collect(),
         })
     }
@@ -253,7 +259,7 @@ pub(super) fn unknowns<'a>(model: &Model<'a>) -> Vec<Unknown<'a>> {
     let others = model.others.iter().filter_map(|other| match other {
         Other::Clock => Some(Unknown::Shift(records.step(), &records.units[0])),
         Other::Gain(site) => Some(Unknown::Gain(records.bodies[*site])),
-        Other::Gains | Other::Held(_) => None,
+        Other::Gains | Other::Factor(_) => None,
     });
     model.keys.iter().map(Unknown::Key).chain(others).collect()
 }

@@ -65,6 +65,7 @@ impl Describe for Fitted {
             "undetermined": self.undetermined,
             "misfit": self.misfit,
             "cause": self.cause,
+            "tried": self.tried,
             "noise": self.noise,
             "explained": self.explained,
             "exact": self.is_exact,
@@ -214,10 +215,15 @@ impl Fitted {
         warn_of_horizon(sheet, until, &self.overlay.records.units[0]);
         if self.misfit.is_some() {
             let advice = match &self.cause {
-                Some(cause) => format!("free or correct it: {}", cause.name),
-                None => "free what may be missing: none of losses, the exponent, one mass, coefficient or gain alone, or \
-                         another end explains it; or leave out the records or times at fault"
-                    .into(),
+                Some(cause) => cause.cure.clone(),
+                None if self.is_cut => {
+                    "the search for a cause was stopped; the same command with more time goes on"
+                        .into()
+                }
+                None => format!(
+                    "none of what was tried explains it: {}",
+                    listed(&self.tried)
+                ),
             };
             sheet.warn(
                 "the intervals hold for a chain that is right, and this one is not",
@@ -293,16 +299,12 @@ impl Fitted {
 impl Cause {
     /// What freeing it does.
     fn words(&self) -> String {
-        let to = match self.value() {
-            Some([held, free]) => format!(" ({held} to {free})"),
-            None => String::new(),
-        };
-        let rest = match self.is_all {
-            true => "noise alone",
-            false => "a misfit",
-        };
+        let to = self
+            .value()
+            .map(|[held, free]| format!(" ({held} to {free})"));
         let (names, share) = (self.names(), percent(self.explained));
-        format!("freeing {names}{to} takes {share} of that and leaves {rest}")
+        let to = to.unwrap_or_default();
+        format!("freeing {names}{to} takes {share} of that and leaves noise alone")
     }
 
     /// What a chain that it alone explains differs by.
@@ -317,13 +319,13 @@ impl Cause {
 
     /// It and all that explain as much.
     fn names(&self) -> String {
-        match self.rivals.is_empty() {
-            true => self.name.clone(),
-            false => {
-                let all = [std::slice::from_ref(&self.name), &self.rivals].concat();
-                format!("one of {}", listed(&all))
-            }
-        }
+        let all = [std::slice::from_ref(&self.name), &self.rivals].concat();
+        let one = if self.rivals.is_empty() {
+            ""
+        } else {
+            "one of "
+        };
+        format!("{one}{}", listed(&all))
     }
 
     /// Held and free, where it alone explains as much.

@@ -7,8 +7,8 @@ use serde_json::json;
 use super::super::shown::{per_time, places, some_places, warn_of_horizon};
 use super::{AtBody, Attenuated, Comparison, InBand, TOLD};
 use crate::sheet::{
-    BLUE, Chart, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table, VERMILLION, number,
-    percent, with_unit,
+    BLUE, Chart, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table, VERMILLION, listed,
+    number, percent, with_unit,
 };
 use crate::unit::label;
 
@@ -66,6 +66,7 @@ impl Describe for Comparison {
             "agree": self.agrees(),
             "misfit": self.misfit,
             "cause": self.cause,
+            "tried": self.tried,
             "left": self.left,
             "exact": self.is_exact,
             "within": self.request.within,
@@ -90,6 +91,16 @@ impl AtBody {
     /// By how much the run is late.
     fn late(&self) -> f64 {
         self.arrival[1] - self.arrival[0]
+    }
+
+    /// Whether the run is early or late.
+    fn side(&self) -> &'static str {
+        let [(_, early), (_, late)] = SIDES;
+        match self.late() {
+            late_by if late_by < 0.0 => early,
+            late_by if late_by > 0.0 => late,
+            _ => "",
+        }
     }
 
     /// The run's largest value over the measured one: its least and its largest value.
@@ -164,13 +175,14 @@ impl Comparison {
                 false => format!("measurement and run agree, but {noise} hides the run"),
             };
         }
-        let is_tried = self.is_told() || self.misfit.is_some();
-        match (&self.cause, self.worst()) {
-            (Some(cause), _) => format!("measurement and run differ {}", cause.differs()),
-            (None, worst) if is_tried => {
-                format!("measurement and run differ: {worst}; no one number explains it")
-            }
-            (None, worst) => format!("measurement and run differ: {worst}"),
+        let reason = if self.tried.is_empty() {
+            ""
+        } else {
+            "; nothing that was tried explains it"
+        };
+        match &self.cause {
+            Some(cause) => format!("measurement and run differ {}", cause.differs()),
+            None => format!("measurement and run differ: {}{reason}", self.worst()),
         }
     }
 
@@ -339,6 +351,7 @@ impl Comparison {
         if let (Some(misfit), None) = (&self.misfit, &self.cause) {
             let (left, place) = (percent(self.left), misfit.place(records));
             sheet.fact("left", format!("{left} of the energy, {place}"));
+            sheet.detail("tried", listed(&self.tried));
         }
         if let Some(both) = self.attenuation {
             let shown = |of: Attenuated| format!("{} ± {}", percent(of.rate), percent(of.error));
@@ -373,7 +386,13 @@ impl Comparison {
             vec![
                 at.body.to_string(),
                 number(at.arrival[1]),
-                with_error(at.late(), at.arrival_error),
+                format!(
+                    "{} {}",
+                    with_error(at.late().abs(), at.arrival_error),
+                    at.side()
+                )
+                .trim_end()
+                .to_owned(),
                 number(at.peak[1]),
                 with_error(at.peak[0], at.peak_error),
                 percent(at.residual),
@@ -382,7 +401,7 @@ impl Comparison {
         let head = [
             "at",
             "arrival",
-            "run late by",
+            "run off by",
             "largest",
             "measured",
             "energy left",
@@ -468,7 +487,10 @@ impl Comparison {
     fn arrival_chart(&self) -> Chart {
         let circles = ("", BLUE, Marker::Circle);
         let late = self.over_bodies(circles, AtBody::late, Some(|at| at.arrival_error));
-        let ordinate = label("run late by", &self.overlay.records.units[0]);
+        let ordinate = label(
+            "run late by (below 0: early)",
+            &self.overlay.records.units[0],
+        );
         Chart {
             levels: vec![Level::zero()],
             ..self.by_body("arrival", ordinate, vec![late.with(Look::Dots)])
