@@ -65,7 +65,6 @@ pub struct Cause {
 /// Numbers of a chain that are no keys of its scene, as factors of what they are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Factor {
-    Speeds,
     Coefficients,
     Mass(usize),
     Contact(usize),
@@ -75,7 +74,6 @@ impl Factor {
     pub fn apply(self, simulation: &mut Simulation, by: f64) {
         let chain = &mut simulation.chain;
         match self {
-            Factor::Speeds => simulation.velocity.iter_mut().for_each(|v| *v *= by),
             Factor::Coefficients => chain.coefficient.iter_mut().for_each(|c| *c *= by),
             Factor::Mass(body) => chain.mass[body] *= by,
             Factor::Contact(contact) => chain.coefficient[contact] *= by,
@@ -84,12 +82,10 @@ impl Factor {
 }
 
 /// What is tried in place of a model: one more unknown, another scene, other records.
-#[derive(Clone)]
 struct Alternative {
     name: String,
     /// What it is one of.
     kind: String,
-    cure: String,
     scene: Option<SceneSource>,
     records: Option<Records>,
     /// Where its unknown starts.
@@ -104,13 +100,9 @@ struct Alternative {
 impl Alternative {
     fn of(model: &Model, name: impl Into<String>, kind: &str) -> Alternative {
         let name = name.into();
+        let kind = if kind.is_empty() { &name } else { kind };
         Alternative {
-            cure: format!("free or correct it: {name}"),
-            kind: if kind.is_empty() {
-                name.clone()
-            } else {
-                kind.into()
-            },
+            kind: kind.to_owned(),
             name,
             scene: None,
             records: None,
@@ -133,11 +125,6 @@ impl Alternative {
         own
     }
 
-    fn cured_by(self, option: &str) -> Alternative {
-        let cure = format!("`{option}` fits it");
-        Alternative { cure, ..self }
-    }
-
     fn model<'a>(&'a self, model: &Model<'a>) -> Model<'a> {
         Model {
             scene: self.scene.as_ref().unwrap_or(model.scene),
@@ -150,9 +137,16 @@ impl Alternative {
 
     /// The coordinate that is its own.
     fn own(&self, model: &Model) -> Option<usize> {
-        let [keys, all] = [model.keys.len(), model.unknowns()];
-        let count = self.keys.len() + self.others.len();
-        (count > all).then_some(if self.keys.len() > keys { keys } else { all })
+        let of_key = self.key(model).map(|_| model.keys.len());
+        of_key.or(self.other(model).map(|_| model.unknowns()))
+    }
+
+    fn key(&self, model: &Model) -> Option<&FreeKey> {
+        self.keys.get(model.keys.len())
+    }
+
+    fn other(&self, model: &Model) -> Option<&Other> {
+        self.others.get(model.others.len())
     }
 
     /// A point of the model as one of its own.
@@ -164,15 +158,11 @@ impl Alternative {
         point
     }
 
-    /// The share of the residual that it explains beside the unknowns.
+    /// The share of the residual that a small change explains beside the unknowns; 0 of others.
     fn score(&self, model: &Model, found: &Minimum, beside: &Beside) -> Result<f64> {
         let residual = beside.rest(&found.residual);
         let (own, point) = (self.model(model), self.point(model, &found.at));
-        if self.is_whole {
-            let left = square(&beside.rest(&own.residual(&point)?));
-            return Ok(1.0 - left / square(&residual));
-        }
-        let Some(k) = self.own(model) else {
+        let Some(k) = self.own(model).filter(|_| !self.is_whole) else {
             return Ok(0.0);
         };
         let mut change = own.column(&point, k)?;
@@ -201,13 +191,11 @@ impl Alternative {
 
     /// The value of the unknown at a coordinate; NaN of what is no number.
     fn value(&self, model: &Model, u: f64) -> f64 {
-        match (self.own(model), self.keys.last(), self.others.last()) {
-            (None, ..) => f64::NAN,
-            (Some(own), Some(key), _) if own == model.keys.len() && self.keys.len() > own => {
-                key.value_at(u)
-            }
-            (_, _, Some(Other::Clock)) => u * model.records.step(),
-            _ => u.exp(),
+        match (self.key(model), self.other(model)) {
+            (Some(key), _) => key.value_at(u),
+            (None, Some(Other::Clock)) => u * model.records.step(),
+            (None, Some(_)) => u.exp(),
+            (None, None) => f64::NAN,
         }
     }
 }
@@ -256,13 +244,11 @@ fn of_chain(model: &Model, simulation: &Simulation, bodies: &[usize]) -> Vec<Alt
     let factor = |name: String, kind: &str, factor| {
         Alternative::with_other(model, name, kind, Other::Factor(factor))
     };
-    let all = [
-        ("speed at the start", Factor::Speeds),
-        ("coefficients of all contacts", Factor::Coefficients),
-    ];
-    let all = all
-        .map(|(name, of)| factor(name.into(), "", of))
-        .into_iter();
+    let all = factor(
+        "coefficients of all contacts".into(),
+        "",
+        Factor::Coefficients,
+    );
     let masses = near(chain.n_sites()).into_iter();
     let masses = masses.map(|body| {
         factor(
@@ -294,7 +280,12 @@ fn of_chain(model: &Model, simulation: &Simulation, bodies: &[usize]) -> Vec<Alt
             ..Alternative::of(model, format!("ends = \"{end}\""), "")
         })
     });
-    all.chain(masses).chain(contacts).chain(end).collect()
+    [all]
+        .into_iter()
+        .chain(masses)
+        .chain(contacts)
+        .chain(end)
+        .collect()
 }
 
 /// Gains, the clock, and records that are of other bodies, or upside down.
@@ -312,26 +303,22 @@ fn of_instruments(model: &Model) -> Result<Vec<Alternative>> {
             Alternative::with_other(model, name, "one gain", Other::Gain(site))
         };
         let gains = records.bodies.iter().enumerate().map(gain);
-        all.extend(gains.map(|gain| gain.cured_by("--free-gains")));
+        all.extend(gains);
         if records.bodies.len() > 1 {
             let name = "gain of all records".to_owned();
-            let gain = Alternative::with_other(model, name, "", Other::Gains);
-            all.push(gain.cured_by("--free-gains"));
+            all.push(Alternative::with_other(model, name, "", Other::Gains));
         }
     }
     let origin = vec![0.0; model.unknowns()];
     if !model.others.contains(&Other::Clock) {
         let name = "clock of the records".to_owned();
         let clock = Alternative::with_other(model, name, "", Other::Clock);
-        let clock = clock.cured_by("--free-time-shift");
-        all.push(clock.clone());
         let start = records.delay(&model.records_at(&origin, model.local_error)?);
-        let is_whole = start != 0.0;
-        all.extend(is_whole.then_some(Alternative {
+        all.push(Alternative {
             start,
-            is_whole,
+            is_whole: true,
             ..clock
-        }));
+        });
     }
     let [stated, fitting] = placed(model, &origin)?;
     let sites = 0..stated.len();
@@ -360,17 +347,10 @@ fn of_instruments(model: &Model) -> Result<Vec<Alternative>> {
                 "signs",
             ),
         };
-        let alternative = Alternative {
+        is_once.then(|| Alternative {
             records: Some(records.placed(&places)),
             is_whole: true,
             ..Alternative::of(model, name, kind)
-        };
-        is_once.then_some(match is_moved {
-            true => alternative.cured_by(&format!(
-                "--bodies {}",
-                shown(&bodies).replace(" and ", ",")
-            )),
-            false => alternative,
         })
     }));
     Ok(all)
@@ -385,9 +365,6 @@ fn placed(model: &Model, at: &[f64]) -> Result<[Vec<(usize, f64)>; 2]> {
         .iter()
         .flat_map(|body| [body.checked_sub(1), Some(body + 1)]);
     let mut beside: Vec<usize> = beside.flatten().collect();
-    beside.retain(|body| !records.bodies.contains(body));
-    beside.sort_unstable();
-    beside.dedup();
     let setup = model.scene.setup()?;
     beside.retain(|body| {
         *body < super::records::places_in(&setup.simulation.chain, records.quantity)
@@ -458,8 +435,7 @@ pub(super) fn cause(
         *a = if is_same { (*a).min(*b) } else { *a };
         is_same
     });
-    let is_small = |i: &&usize| !all[**i].is_whole;
-    let best = order.iter().filter(is_small).take(FITTED).copied();
+    let best = order.iter().take(FITTED).copied();
     let tried: Vec<usize> = best
         .chain((0..all.len()).filter(|i| all[*i].is_whole))
         .collect();
@@ -470,7 +446,6 @@ pub(super) fn cause(
     let fits: Result<Vec<Option<(usize, Minimum)>>> = tried.par_iter().map(fit).collect();
     let mut ends: Vec<(usize, Minimum)> = fits?.into_iter().flatten().collect();
     ends.sort_by(|a, b| a.1.squares.total_cmp(&b.1.squares));
-    ends.dedup_by(|b, a| all[a.0].name == all[b.0].name);
     let Some((best, fit)) = ends.first() else {
         return Ok((None, kinds));
     };
@@ -490,7 +465,11 @@ pub(super) fn cause(
     let at = alternative.own(model).map_or(f64::NAN, |own| fit.at[own]);
     let cause = is_named.then(|| Cause {
         name: alternative.name.clone(),
-        cure: alternative.cure.clone(),
+        cure: match alternative.other(model) {
+            Some(Other::Clock) => "`--free-time-shift` fits it".into(),
+            Some(Other::Gain(_) | Other::Gains) => "`--free-gains` fits it".into(),
+            _ => format!("free or correct it: {}", alternative.name),
+        },
         held: value(0.0),
         free: value(at),
         explained: 1.0 - fit.squares / found.squares,

@@ -25,15 +25,7 @@ impl StoredRequest for Asked {
     const WORD: &'static str = "fit";
 
     fn difference(&self, asked: &Asked) -> Option<String> {
-        let what = match () {
-            () if self == asked => return None,
-            () if self.version != asked.version => "it was made by another version",
-            () if self.scene != asked.scene => "its scene is another one",
-            () if self.records != asked.records => "its records are others",
-            () if self.request.free != asked.request.free => "it fits other keys",
-            () => "its options are others",
-        };
-        Some(what.into())
+        (self != asked).then(|| "its scene, records or options are others".into())
     }
 }
 

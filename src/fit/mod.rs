@@ -269,18 +269,19 @@ impl FitRequest {
             let each = model.keys.iter().zip(at);
             each.map(|(key, u)| key.value_at(*u)).collect()
         };
-        let (mut searches, mut runs, mut failed) = (Vec::new(), 0, None);
-        let mut best: Option<Minimum> = None;
+        let (mut searches, mut runs) = (Vec::new(), 0);
+        let mut best: Result<Minimum> = Err(Error::Cancelled);
         for found in found {
-            let (start, found, of_search) = match found {
-                Err(error @ (Error::Cancelled | Error::Write { .. })) => {
+            let (start, found, of_search) = match (found, &best) {
+                (Err(error @ (Error::Cancelled | Error::Write { .. })), _) => {
                     return Err(self.paused(error, known));
                 }
-                Err(error) => {
-                    failed = failed.or(Some(error));
+                (Err(error), Err(_)) => {
+                    best = Err(error);
                     continue;
                 }
-                Ok(found) => found,
+                (Err(_), Ok(_)) => continue,
+                (Ok(found), _) => found,
             };
             runs += of_search;
             searches.push(Search {
@@ -289,15 +290,14 @@ impl FitRequest {
                 missed: (found.squares / model.records.known() as f64).sqrt(),
                 is_settled: found.is_settled,
             });
-            if best
+            if !best
                 .as_ref()
-                .is_none_or(|best| found.squares < best.squares)
+                .is_ok_and(|best| best.squares <= found.squares)
             {
-                best = Some(found);
+                best = Ok(found);
             }
         }
-        let best = best.ok_or_else(|| failed.unwrap_or(Error::Cancelled))?;
-        Ok((best, searches, runs))
+        Ok((best?, searches, runs))
     }
 
     /// Of some random points the one that fits best.

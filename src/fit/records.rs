@@ -5,12 +5,11 @@ use ndarray::Array2;
 use crate::chain::Chain;
 use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::field::{Axis, Quantity};
-use crate::measure::{self, Dimension};
 use crate::numeric::{Random, median, sorted};
 use crate::transform::{RecordScratch, RecordTransform, fold};
 use crate::{Error, Field, Result};
 
-use super::key::refuse;
+use super::key::{ratio, refuse};
 use super::shown::place;
 
 /// By how much of the distance of bodies a site may be off a body.
@@ -325,7 +324,6 @@ impl Scales {
     /// quantity that no run has.
     fn of(field: &Field, scene: Units) -> Result<Scales> {
         let name = |unit: &Option<String>| unit.clone().unwrap_or_default();
-        let stated = field.unit.as_deref();
         if scene != Units::Si {
             return Ok(Scales {
                 time: 1.0,
@@ -343,23 +341,22 @@ impl Scales {
             ));
         }
         let units = unit_of(field.quantity, scene)?;
-        let sample = match field.quantity {
-            Quantity::Velocity => size::<measure::Speed>(stated)?,
-            Quantity::Displacement => size::<measure::Length>(stated)?,
-            Quantity::Force => size::<measure::Force>(stated)?,
-            _ if matches!(stated, None | Some("m/s^2" | "m/s²")) => 1.0,
-            _ => {
-                return Err(Error::request(
-                    "unit",
-                    "accelerations in m/s^2",
-                    name(&field.unit),
-                ));
-            }
+        let size = |stated: &Option<String>, unit: &str| {
+            let stated = stated.as_deref().unwrap_or(unit).replace('²', "^2");
+            let known = if stated == unit {
+                Some(1.0)
+            } else {
+                ratio(&stated, unit)
+            };
+            known.ok_or_else(|| {
+                let expected = format!("a unit of what the scene has in {unit}");
+                Error::request("unit", expected, stated)
+            })
         };
         Ok(Scales {
-            time: size::<measure::Time>(field.time.unit.as_deref())?,
-            length: Some(size::<measure::Length>(field.space.unit.as_deref())?),
-            sample,
+            time: size(&field.time.unit, "s")?,
+            length: Some(size(&field.space.unit, "m")?),
+            sample: size(&field.unit, &units[1])?,
             units,
         })
     }
@@ -390,20 +387,6 @@ pub(super) fn unit_of(quantity: Quantity, units: Units) -> Result<[String; 2]> {
     })
 }
 
-fn size<D: Dimension>(unit: Option<&str>) -> Result<f64> {
-    let Some(unit) = unit else {
-        return Ok(1.0);
-    };
-    measure::size::<D>(unit).ok_or_else(|| {
-        let expected = format!(
-            "{} in one of {} beside a scene in SI",
-            D::NAME,
-            measure::units::<D>()
-        );
-        Error::request("unit", expected, unit.to_owned())
-    })
-}
-
 fn no_run_has(quantity: Quantity) -> Error {
     let expected = "a velocity, displacement, acceleration or force, which a run has";
     Error::request("quantity", expected, quantity.name())
@@ -419,26 +402,26 @@ fn bodies_of(field: &Field, setup: &Setup, length: Option<f64>) -> Result<Vec<us
     }
     let is_counted = field.space.unit.is_none() && field.space.step == 1.0;
     let pitch = match (is_counted, setup.pitch, length) {
-        (false, Some(pitch), Some(length)) => pitch / length,
-        (false, ..) => return Err(no_positions(field)),
-        _ => 1.0,
+        (true, ..) => Some(1.0),
+        (false, pitch, length) => pitch.zip(length).map(|(pitch, length)| pitch / length),
     };
     let body = |site: usize| {
-        let place = field.space.at(site) / pitch;
-        let body = place.round();
-        match (place - body).abs() <= OFF && body >= 0.0 {
-            true => Ok(body as usize),
-            false => {
-                let expected = format!(
-                    "sites at bodies, which are {pitch} apart from 0 on, or `--bodies 3,7,11`"
-                );
-                Err(Error::request(
-                    "bodies",
-                    expected,
-                    format!("one at {}", field.space.at(site)),
-                ))
-            }
-        }
+        let place = pitch.map(|pitch| field.space.at(site) / pitch);
+        let body = place.map(f64::round).filter(|body| *body >= 0.0);
+        let near = |(place, body): &(f64, f64)| (place - body).abs() <= OFF;
+        let body = place.zip(body).filter(near).map(|(_, body)| body as usize);
+        body.ok_or_else(|| {
+            let apart = pitch.map_or("the scene states no distance of bodies".into(), |pitch| {
+                format!("bodies are {pitch} apart from 0 on")
+            });
+            let expected = format!("sites at bodies, or them, as `--bodies 3,7,11`: {apart}");
+            let found = format!(
+                "one at {} in {}",
+                field.space.at(site),
+                field.space.space_unit()
+            );
+            Error::request("bodies", expected, found)
+        })
     };
     (0..field.n_sites()).map(body).collect()
 }
@@ -457,46 +440,4 @@ fn number_in(name: &str) -> Option<usize> {
     let own = word.trim_end_matches([' ', '_', '-']);
     let is_body = !own.is_empty() && own.chars().all(is_word) && !INSTRUMENTS.contains(&own);
     is_body.then_some(number)
-}
-
-fn no_positions(field: &Field) -> Error {
-    let expected = "the bodies of the field's sites, such as `--bodies 3,7,11`: the scene states no distance of bodies";
-    Error::request(
-        "bodies",
-        expected,
-        format!("positions in {}", field.space.space_unit()),
-    )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_of_sites_number_bodies_and_not_channels() {
-        for (name, body) in [
-            ("body 4", Some(4)),
-            ("v12", Some(12)),
-            ("bead_8 (m/s)", Some(8)),
-            ("Contact-0 [N]", Some(0)),
-            ("CH4", None),
-            ("sensor 2", None),
-            ("0.5", None),
-            ("4", None),
-            ("row 3 body 2", None),
-            ("time", None),
-        ] {
-            assert_eq!(number_in(name), body, "{name}");
-        }
-    }
-
-    /// Decimals are the step; numbers of all digits have none.
-    #[test]
-    fn val_closed_form_steps_of_rounding() {
-        let wave: Vec<f64> = (0..200).map(|i| (0.1 * f64::from(i)).sin()).collect();
-        let rounded: Vec<f64> = wave.iter().map(|v| (v / 0.01).round() * 0.01).collect();
-        assert!((resolution(&rounded).unwrap() - 0.01).abs() < 1e-9);
-        assert_eq!(resolution(&wave), None);
-        assert_eq!(resolution(&[0.0, 1.0, 0.0, f64::NAN]), None);
-    }
 }

@@ -32,6 +32,13 @@ fn what_is_wrong_is_named() {
             "hold the scene's stiffness_ratio = 2",
         ),
         ("sites", "sweep"),
+        ("", "KEY"),
+        ("stiffness_ratio=3", "LOW..HIGH"),
+        ("end_time=5..10", "a key of the chain"),
+        ("ends", "is a number"),
+        ("mass_cell", "mass_cell[0]"),
+        ("mass_cell[7]", "an entry"),
+        ("striker_mass=1s..2s", "bounds of striker_mass in"),
     ] {
         let said = refused(|_, request, _| request.free = vec![free.into()]);
         assert!(said.contains(part), "{free}: {said}");

@@ -4,7 +4,7 @@ use ndarray::Array2;
 use serde_json::json;
 
 use super::super::shown::{per_time, place, places, some_places, warn_of_horizon};
-use super::{Criterion, Planned, PlannedKey};
+use super::{Planned, PlannedKey};
 use crate::sheet::{
     Chart, Describe, Look, Mark, Marker, PALETTE, PlotRow, Series, Sheet, Table, listed, percent,
     with_unit,
@@ -15,9 +15,8 @@ use crate::unit::label;
 const NAMED: usize = 4;
 const NAMED_BODIES: usize = 12;
 
-/// Share of the run, or of its sampling, from which on more of it would tell more.
+/// Share of the run from which on more of it would tell more.
 const END: f64 = 0.95;
-const FAST: f64 = 0.7;
 
 const DEFINITIONS: [[&str; 2]; 4] = [
     [
@@ -142,19 +141,6 @@ impl Planned {
     }
 
     fn facts(&self, sheet: &mut Sheet<'_>) {
-        let evenly = some_places(self.request.quantity, &self.even, NAMED_BODIES);
-        let least = match self.request.criterion {
-            Criterion::Volume => "the least volume",
-            Criterion::Worst => "the least of the largest errors",
-        };
-        let how = match self.is_exact {
-            true => "of all choices",
-            false => "by exchanges",
-        };
-        sheet.fact(
-            "choice",
-            format!("{least} {how}; evenly spaced are {evenly}"),
-        );
         sheet.fact(
             "duration",
             format!("{} of {}", self.at(self.duration), self.at(self.end())),
@@ -168,7 +154,6 @@ impl Planned {
             "noise",
             format!("{noise} a sample at {fastest}, {share} of the records"),
         );
-        sheet.detail("runs", self.runs.to_string());
     }
 
     fn per_time(&self) -> String {
@@ -189,12 +174,6 @@ impl Planned {
             sheet.warn(
                 "errors still fall at the end of the run",
                 "a later `end_time` tells more",
-            );
-        }
-        if self.rate > FAST * self.fastest() {
-            sheet.warn(
-                "the run is sampled no faster than needed",
-                "more `samples`, or a higher `--rate`, show what faster sampling gains",
             );
         }
         if !self.undetermined.is_empty() {
