@@ -272,16 +272,15 @@ impl FitRequest {
         let (mut searches, mut runs) = (Vec::new(), 0);
         let mut best: Result<Minimum> = Err(Error::Cancelled);
         for found in found {
-            let (start, found, of_search) = match (found, &best) {
-                (Err(error @ (Error::Cancelled | Error::Write { .. })), _) => {
+            let (start, found, of_search) = match found {
+                Err(error @ (Error::Cancelled | Error::Write { .. })) => {
                     return Err(self.paused(error, known));
                 }
-                (Err(error), Err(_)) => {
-                    best = Err(error);
+                Err(error) => {
+                    best = best.or(Err(error));
                     continue;
                 }
-                (Err(_), Ok(_)) => continue,
-                (Ok(found), _) => found,
+                Ok(found) => found,
             };
             runs += of_search;
             searches.push(Search {

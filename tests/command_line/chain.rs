@@ -5,12 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array1, Array2};
+use wavecascade::Field;
 use wavecascade::chain::Run;
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::field::{OpenOptions, Quantity};
 use wavecascade::observer::Silent;
 use wavecascade::report::RunFile;
-use wavecascade::{Error, Field};
 
 use test_support::contains_all;
 use test_support::fields::reading;
