@@ -12,7 +12,7 @@ use crate::sheet::{
 /// Values that a sentence names, at most.
 const NAMED: usize = 4;
 
-const DEFINITIONS: [[&str; 2]; 3] = [
+const DEFINITIONS: [[&str; 2]; 2] = [
     [
         "interval",
         "95 % interval of the linearized problem. The correlation of the noise is estimated from the residual, and the \
@@ -22,11 +22,6 @@ const DEFINITIONS: [[&str; 2]; 3] = [
         "misfit",
         "What stationary noise does not explain of the residual: regressors made of the signal do, or it is larger in \
          some part of time or at some body. Noise alone is called so in 4 % of fits or less.",
-    ],
-    [
-        "undetermined",
-        "A combination of unknowns along which they change by a factor of e, or over all of their bounds, while the \
-         records do not change by their noise.",
     ],
 ];
 

@@ -18,7 +18,7 @@ const NAMED_BODIES: usize = 12;
 /// Share of the run from which on more of it would tell more.
 const END: f64 = 0.95;
 
-const DEFINITIONS: [[&str; 2]; 4] = [
+const DEFINITIONS: [[&str; 2]; 3] = [
     [
         "error",
         "Half of the 95 % interval over the value, of a fit without bias at the values of the scene (Cramer and Rao). \
@@ -32,10 +32,6 @@ const DEFINITIONS: [[&str; 2]; 4] = [
         "rate",
         "Slowest sampling, behind a filter at half of it, at which no error is more than 5 % above that at the rate of the \
          run: the noise has one density, and faster samples are not better ones.",
-    ],
-    [
-        "information by body",
-        "Share of each body in what all bodies know of a key, if the others were known.",
     ],
 ];
 
