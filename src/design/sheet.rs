@@ -16,16 +16,10 @@ const NAMED: usize = 4;
 /// Gains below this share are none.
 const LEAST_GAIN: f64 = 1e-6;
 
-const DEFINITIONS: [[&str; 2]; 2] = [
-    [
-        "random tries",
-        "As many designs, drawn evenly within the bounds: what a search must beat.",
-    ],
-    [
-        "judged value",
-        "Without tolerances the measure; with them that of the worst design within, or their mean, as asked.",
-    ],
-];
+const DEFINITIONS: [[&str; 2]; 1] = [[
+    "random tries",
+    "As many designs, drawn evenly within the bounds: what a search must beat.",
+]];
 
 impl Describe for Designed {
     fn describe(&self) -> Sheet<'_> {

@@ -15,16 +15,11 @@ use crate::unit::label;
 /// How the run is off.
 const SIDES: [(f64, &str); 2] = [(-1.0, "early"), (1.0, "late")];
 
-const DEFINITIONS: [[&str; 2]; 3] = [
+const DEFINITIONS: [[&str; 2]; 2] = [
     [
         "arrival",
         "When half of the run's largest value is first reached; measured, that and the delay at which the run's front is most \
          like the record. What is said to differ does so by four standard errors.",
-    ],
-    [
-        "largest value",
-        "Of the run; measured, that times the factor by which the run's front fits the record. Differences below 1 % are not \
-         told.",
     ],
     [
         "energy",
