@@ -232,7 +232,7 @@ impl<'a> Beside<'a> {
                 _ if known_as(name, Meaning::Position).is_some() && of_contacts.is_none() => {
                     Role::Space
                 }
-                _ if arrays.unit(i)?.contains(" since ") => Role::Time,
+                _ if other.attributes.text("units")?.contains(" since ") => Role::Time,
                 _ => return None,
             };
             Some((role, i, len))
