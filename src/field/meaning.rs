@@ -110,7 +110,7 @@ const TABLE: &[(Meaning, &str, &str)] = &[
 
 /// What the name of a number looks like that is none of the table: of samples, of times, of positions.
 const LIKE: [&[&str]; 3] = [
-    &["gain", "calib", "sensitiv", "scale"],
+    &["gain", "calib", "sensitiv"],
     &["rate", "interval", "freq", "sampling", "timestep"],
     &["spacing", "spatial"],
 ];
