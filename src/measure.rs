@@ -16,10 +16,14 @@ pub trait Dimension {
     const ALIASES: &'static [(&'static str, &'static str)];
 }
 
-/// The unit of `D` that `name` spells: `s` for `s`, `sec` and `seconds`; `None` for no unit of it.
+/// The unit of `D` that `name` spells: `s` for `s`, `sec.` and `Seconds`; `None` for no unit of it. The case of letters
+/// counts in symbols, not in words.
 pub fn symbol<D: Dimension>(name: &str) -> Option<&'static str> {
-    let name = name.trim();
-    let alias = D::ALIASES.iter().find(|(alias, _)| *alias == name);
+    let name = name.trim().trim_end_matches('.');
+    let is_word =
+        |alias: &str| alias.is_ascii() && alias.len() > 2 && alias.eq_ignore_ascii_case(name);
+    let is_it = |(alias, _): &&(&str, _)| *alias == name || is_word(alias);
+    let alias = D::ALIASES.iter().find(is_it);
     let name = alias.map_or(name, |(_, unit)| unit);
     D::UNITS
         .iter()

@@ -125,15 +125,6 @@ pub enum InputFault {
     #[error("expected at most {limit} members, found {found}")]
     TooManyMembers { found: usize, limit: usize },
 
-    #[error("expected the member {name:?}, found {}", Members(members))]
-    NoSuchMember {
-        name: String,
-        members: Vec<MemberShape>,
-    },
-
-    #[error("expected one array (time, site), found {}", Members(members))]
-    WhichMember { members: Vec<MemberShape> },
-
     #[error("member {member:?}: {fault}")]
     Member {
         member: String,
@@ -161,6 +152,26 @@ pub enum InputFault {
 
     #[error("expected the checksum {expected:08x}, found {found:08x}")]
     Checksum { expected: u32, found: u32 },
+
+    /// Two statements about the samples that differ.
+    #[error("expected one {what}, found {first} and {second}")]
+    Contradiction {
+        what: &'static str,
+        first: String,
+        second: String,
+    },
+
+    #[error(
+        "expected one {what}, or one for each of {} times or of {} sites, found {found} numbers in `{place}`",
+        shape[0], shape[1]
+    )]
+    Factors {
+        place: String,
+        what: &'static str,
+        found: usize,
+        /// Times and sites.
+        shape: [usize; 2],
+    },
 
     #[error("expected {expected} {axis} coordinates, found {found}")]
     AxisLength {
@@ -340,13 +351,6 @@ impl fmt::Display for FileKind {
     }
 }
 
-/// An archive member and the shape its header states, where it could be read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct MemberShape {
-    pub name: String,
-    pub shape: Option<Vec<u64>>,
-}
-
 /// A dimension with its values, where they are known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DimensionName {
@@ -411,24 +415,6 @@ impl fmt::Display for DisplayShape<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let lengths: Vec<String> = self.0.iter().map(u64::to_string).collect();
         write!(f, "({})", lengths.join(", "))
-    }
-}
-
-struct Members<'a>(&'a [MemberShape]);
-
-impl fmt::Display for Members<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0.is_empty() {
-            return f.write_str("no array");
-        }
-        for (i, MemberShape { name, shape }) in self.0.iter().enumerate() {
-            let comma = if i > 0 { ", " } else { "" };
-            match shape {
-                Some(shape) => write!(f, "{comma}{name} {}", DisplayShape(shape))?,
-                None => write!(f, "{comma}{name} (unreadable)")?,
-            }
-        }
-        Ok(())
     }
 }
 

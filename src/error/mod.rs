@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 pub use change::FileChange;
 pub use foreign::ForeignFormat;
-pub use input::{CoordinateKind, DimensionName, FileKind, FormatError, InputFault, MemberShape};
+pub use input::{CoordinateKind, DimensionName, FileKind, FormatError, InputFault};
 pub use nearest::nearest_key;
 pub(crate) use nearest::{listed, one_of_words};
 pub use scan::ScanFault;

@@ -1,7 +1,9 @@
 //! Records that begin at different times, on one axis of time.
 
+use super::Note;
 use super::interpolate::{Interpolant, Interpolation};
-use super::{Jitter, Note};
+use super::note::LOSS;
+use crate::measure::digits;
 
 /// Where a record begins against the first one, in steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -111,28 +113,48 @@ impl Alignment {
         if *longest == self.n_times && range == [0.0, 0.0] && reference.is_none() {
             return None;
         }
-        let left = |n: &usize| self.shifts[*n].left.abs();
-        let index = (0..self.shifts.len()).max_by(|a, b| left(a).total_cmp(&left(b)))?;
-        let fractions = || self.shifts.iter().map(|shift| shift.fraction.abs());
-        let error = |method: Interpolation| {
-            fractions()
+        let rounded = |value: f64| digits((value * 1e4).round() / 1e4);
+        let by = match reference {
+            Some((name, least)) => {
+                let least = rounded(least);
+                format!("the delay of {name:?} (correlation coefficients from {least})")
+            }
+            None => "their times".into(),
+        };
+        let lengths = match shortest == longest {
+            true => shortest.to_string(),
+            false => format!("{shortest} to {longest}"),
+        };
+        let [least, most] = range.map(rounded);
+        let mut text = format!(
+            "records are aligned by {by}; an event comes {least} to {most} samples later in a record than in the \
+             first one, and {} of {lengths} times are in common",
+            self.n_times
+        );
+        let largest = |of: fn(&Shift) -> f64| self.shifts.iter().map(of).fold(0.0, f64::max);
+        let left = largest(|shift| shift.left.abs());
+        let errors = |method: Interpolation| {
+            let fractions = self.shifts.iter().map(|shift| shift.fraction.abs());
+            fractions
                 .map(|fraction| method.error(fraction))
                 .fold(0.0, f64::max)
         };
-        Some(Note::Aligned {
-            reference: reference.map(|(name, _)| name.to_owned()),
-            delays: range,
-            correlation: reference.map(|(_, least)| least),
-            lengths: [*shortest, *longest],
-            kept: self.n_times,
-            left: Jitter {
-                share: self.shifts[index].left,
-                index,
-            },
-            resampled: self
-                .method
-                .filter(|_| fractions().any(|fraction| fraction > 0.0)),
-            error: self.method.map_or(0.0, error),
+        let error = self.method.map_or(0.0, errors);
+        let is_resampled = largest(|shift| shift.fraction.abs()) > 0.0;
+        if let Some(method) = self.method.filter(|_| is_resampled) {
+            text += &format!(
+                "; fractions of a sample are taken out by {} interpolation (amplitudes at half the Nyquist \
+                 frequency change by up to {} %)",
+                method.name(),
+                digits((error * 1e3).round() / 10.0)
+            );
+        } else if left > 1e-4 {
+            text += &format!("; up to {} of a sample is left", rounded(left));
+        }
+        Some(Note::Told {
+            code: "aligned",
+            text,
+            is_doubtful: error > LOSS,
         })
     }
 }

@@ -24,13 +24,6 @@ pub(crate) struct Coordinates {
     pub(crate) unit: Option<String>,
 }
 
-/// An axis as stated outside the file of the samples.
-pub(crate) struct StatedAxis<D> {
-    pub(crate) origin: Option<Measure<D>>,
-    pub(crate) step: Option<Measure<D>>,
-    pub(crate) unit: Option<String>,
-}
-
 /// The step before `index` that spoils an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Uneven {
@@ -44,13 +37,8 @@ pub(crate) struct Uneven {
 impl Uneven {
     /// As a fault of `axis`; `place` names the coordinate at which the step ends.
     pub(crate) fn fault(self, axis: &'static str) -> InputFault {
-        let Uneven {
-            index,
-            expected,
-            found,
-            is_gap,
-        } = self;
-        match is_gap {
+        let (index, expected, found) = (self.index, self.expected, self.found);
+        match self.is_gap {
             true => InputFault::LongStep {
                 axis,
                 index,
@@ -85,6 +73,16 @@ pub(crate) struct Listed {
     pub(crate) note: Option<Note>,
     /// By what the samples come to the even axis, if they are not there.
     pub(crate) resampling: Option<Interpolant>,
+}
+
+impl Listed {
+    /// Coordinates that are even.
+    pub(super) fn of(even: Coordinates) -> Listed {
+        Listed {
+            even,
+            ..Listed::default()
+        }
+    }
 }
 
 /// The largest deviation of coordinates from even ones.
@@ -164,34 +162,33 @@ impl Coordinates {
     }
 
     /// As [`Coordinates::fit_within`]; other values that increase are resampled if `rules` has a method. Values that a
-    /// `step` gives to the last bit have that step: from the values alone, it is known only up to rounding. Without
-    /// rules, the step is stated elsewhere.
+    /// stated `step` gives have that step: from the values alone, it is known only up to rounding. Without rules, the
+    /// step is stated elsewhere.
     pub(crate) fn listed(
         axis: &'static str,
         values: &[f64],
         (rounding, step): (f64, Option<f64>),
         rules: Option<Evenness>,
     ) -> Result<Listed, Uneven> {
-        let by_step = || {
-            let (step, origin) = (step?, *values.first()?);
-            let is_it = |(i, value): (usize, &f64)| *value == origin + i as f64 * step;
-            let is_step = step > 0.0 && step.is_finite();
-            (is_step && values.iter().enumerate().all(is_it)).then_some(Coordinates {
-                origin: Some(origin),
-                step: Some(step),
-                unit: None,
-            })
+        let even = |step: f64| Coordinates {
+            origin: values.first().copied(),
+            step: Some(step),
+            unit: None,
         };
-        let known = match rules {
-            None => Some(Coordinates::beside_stated(values)),
-            Some(_) => by_step(),
+        let Some(rules) = rules else {
+            return Ok(Listed::of(Coordinates::beside_stated(values)));
         };
-        let (None, Some(rules)) = (&known, rules) else {
-            return Ok(Listed {
-                even: known.unwrap_or_default(),
-                ..Listed::default()
-            });
+        let is_step = |step: &f64| {
+            let (Some(first), Some(last)) = (values.first(), values.last()) else {
+                return false;
+            };
+            let tolerance = rounding + 1e-6 * (last - first).abs();
+            let mut places = (0u32..).zip(values);
+            *step > 0.0 && places.all(|(i, v)| (v - first - f64::from(i) * step).abs() <= tolerance)
         };
+        if let Some(step) = step.filter(|step| step.is_finite()).filter(is_step) {
+            return Ok(Listed::of(even(step)));
+        }
         let uneven = match Coordinates::fit_within(values, rounding, rules.jitter) {
             Ok((even, jitter)) => {
                 return Ok(Listed {
@@ -225,11 +222,7 @@ impl Coordinates {
         let places = (0..values.len()).map(place);
         let resampling = Interpolant::new(method, values.to_vec(), places);
         Ok(Listed {
-            even: Coordinates {
-                origin: Some(first),
-                step: Some(step),
-                unit: None,
-            },
+            even: even(step),
             note: Some(Note::Resampled {
                 axis,
                 method,
@@ -262,13 +255,16 @@ impl Coordinates {
         }
     }
 
-    /// The axis; `stated` overrides the file.
+    /// The axis; a stated origin, step and unit override those of the file.
     ///
     /// Units are written as symbols. A step or origin with a unit is converted to the unit of the
     /// axis: the stated one, else that of the file, else the first of its dimension. The numbers of
     /// the file are in the unit of the axis.
-    pub(crate) fn axis<D: Dimension>(self, stated: StatedAxis<D>) -> Result<Axis, InputFault> {
-        let StatedAxis { origin, step, unit } = stated;
+    pub(crate) fn axis<D: Dimension>(
+        self,
+        [origin, step]: [Option<Measure<D>>; 2],
+        unit: Option<String>,
+    ) -> Result<Axis, InputFault> {
         let unit = unit.or(self.unit).map(|unit| {
             let symbol = measure::symbol::<D>(&unit).map(str::to_owned);
             symbol.unwrap_or(unit)
@@ -456,14 +452,15 @@ mod tests {
         for missing in 1..9 {
             let values: Vec<f64> = (0..10).filter(|&n| n != missing).map(f64::from).collect();
             let uneven = Coordinates::fit(&values, 1.0).unwrap_err();
+            let Uneven {
+                index,
+                expected,
+                found,
+                is_gap,
+            } = uneven;
             assert_eq!(
-                uneven,
-                Uneven {
-                    index: missing as usize,
-                    expected: 1.0,
-                    found: 2.0,
-                    is_gap: false
-                }
+                (index, expected, found, is_gap),
+                (missing as usize, 1.0, 2.0, false)
             );
         }
     }

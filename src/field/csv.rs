@@ -3,18 +3,21 @@
 
 use csv::ByteRecord;
 
-use super::coordinates::{Coordinates, Listed, Uneven};
+use wavecascade_formats::Sample;
+
+use super::coordinates::Coordinates;
 use super::file_bytes::FileBytes;
-use super::labelled::quantity;
-use super::names::{self, row_unit};
+use super::labelled::{dated, quantity, since_1970};
+use super::meaning::{Given, Listing, Meaning, contradiction, counts_rows, enclosed, known_as};
 use super::open::{Contents, FileSource};
 use super::options::{Header, TimeColumn};
 use super::preamble::{Preamble, SETTING_CELLS, length, unit_of};
 use super::rows::{RowReader, line_of_row};
+use super::stamp::Stamp;
 use super::storage::Storage;
-use super::{Layout, Note, header};
+use super::{Field, Layout, Note, header};
 use crate::error::{CoordinateKind, Error, InputFault, Result};
-use crate::measure::{Time, size, symbol};
+use crate::measure::{Time, symbol};
 use crate::system::memory::try_with_capacity;
 
 /// A table, with the coordinates that its header and its first column state.
@@ -27,26 +30,52 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
     }
     let stated = source.options.header;
     let preamble = preamble(source, &mut rows, &mut record)?;
-    let layout = source.layout();
     let header = match &preamble.names {
         Some(names) => Some(header::of_line(names.clone(), &rows, &record)),
         None if stated == Header::Detect => header::of_comments(
             &source.bytes,
             record.len(),
-            layout,
+            source.layout(),
             &source.options.time_column,
         ),
         None => None,
     };
     let width = header.as_ref().map_or(record.len(), ByteRecord::len);
-    let axis_column = axis_column(source, header.as_ref(), &preamble, width)?;
-    let n_columns = width - usize::from(axis_column.is_some());
-    if n_columns == 0 {
-        return Err(fault(InputFault::NoColumns));
-    }
-    let mut table = Table::new(source, width, axis_column, preamble)?;
+    let names = header.iter().flat_map(|header| header.iter().map(excerpt));
+    let mut names: Vec<String> = names.collect();
+    let has_names = !names.is_empty();
+    names.resize(width, String::new());
+    let mut table = Table {
+        source,
+        rows_are_times: source.layout() == Layout::TimeSite,
+        clocks: Vec::new(),
+        columns: Vec::new(),
+        is_filled: vec![false; width],
+        values: Vec::new(),
+        lines: Vec::new(),
+        rounding: f64::INFINITY,
+        notes: match preamble.rows {
+            0 => Vec::new(),
+            1 => vec![Note::told(
+                "preamble",
+                "the first row is read as a setting, not as names or samples",
+            )],
+            lines => {
+                let text =
+                    format!("the first {lines} rows are read as settings, not as names or samples");
+                vec![Note::told("preamble", text)]
+            }
+        },
+        preamble,
+        has_names,
+        names,
+    };
+    table.take_columns(&record)?;
     if rows.has_decimal_commas() {
-        table.notes.push(Note::DecimalCommas);
+        table.notes.push(Note::told(
+            "decimal-commas",
+            "commas in the numbers are decimal signs",
+        ));
     }
     loop {
         table.push(&record).map_err(fault)?;
@@ -54,12 +83,7 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
             break;
         }
     }
-    table.leave_out(header.as_ref());
-    let is_known = table.axis_column.is_some() || table.preamble.step().is_some();
-    if !is_known && source.options.time_column == TimeColumn::Detect {
-        table.judge_first_column().map_err(fault)?;
-    }
-    table.contents(header.as_ref())
+    table.contents()
 }
 
 /// What stands before the first row of numbers, which becomes `record`.
@@ -98,94 +122,177 @@ fn preamble(
     })
 }
 
+/// A column of coordinates of the rows.
+#[derive(Debug, Default)]
+struct Clock {
+    column: usize,
+    /// Numbers, or nanoseconds from the first one on.
+    values: Vec<f64>,
+    /// What the last printed digit counts.
+    rounding: f64,
+    /// The first date or time of day, and its cell.
+    first: Option<(Stamp, String)>,
+}
+
+impl Clock {
+    fn new(column: usize) -> Clock {
+        Clock {
+            column,
+            rounding: f64::INFINITY,
+            ..Clock::default()
+        }
+    }
+
+    /// Takes a number, or a date or time of day; whether a cell is one.
+    fn push(&mut self, cell: &[u8]) -> bool {
+        if let Some(value) = number(cell).filter(|_| self.first.is_none()) {
+            self.rounding = self.rounding.min(printed_unit(cell));
+            self.values.push(value);
+            return value.is_finite();
+        }
+        let Some(stamp) =
+            Stamp::parse(cell).filter(|_| self.values.is_empty() || self.first.is_some())
+        else {
+            return false;
+        };
+        let (first, _) = self.first.get_or_insert_with(|| (stamp, excerpt(cell)));
+        let is_alike = (first.has_date, first.has_time) == (stamp.has_date, stamp.has_time);
+        self.rounding = self.rounding.min(stamp.rounding);
+        self.values
+            .push((stamp.nanoseconds - first.nanoseconds) as f64);
+        is_alike
+    }
+}
+
 struct Table<'a> {
     source: &'a FileSource<'a>,
-    width: usize,
+    rows_are_times: bool,
     preamble: Preamble,
-    /// The column of the rows' coordinates: times, or with the layout site-time positions.
-    axis_column: Option<usize>,
+    /// Names of all columns; empty ones without a header.
+    names: Vec<String>,
+    has_names: bool,
+    /// The columns of the rows' coordinates: times, or with the layout site-time positions.
+    clocks: Vec<Clock>,
     /// Columns of samples.
     columns: Vec<usize>,
     /// Which of all columns hold anything.
     is_filled: Vec<bool>,
     values: Vec<f64>,
-    /// The coordinates of the rows.
-    places: Vec<f64>,
-    /// For each of them, the line at which the search for its row began.
+    /// For each row, the line at which the search for it began.
     lines: Vec<u64>,
-    /// What the last printed digit of the coordinates counts; of the first column, where no column
-    /// is known to hold them.
+    /// What the last printed digit of the first column counts.
     rounding: f64,
     notes: Vec<Note>,
 }
 
-impl<'a> Table<'a> {
-    fn new(
-        source: &'a FileSource<'a>,
-        width: usize,
-        axis_column: Option<usize>,
-        preamble: Preamble,
-    ) -> Result<Table<'a>> {
-        let columns: Vec<usize> = (0..width).filter(|&c| axis_column != Some(c)).collect();
-        let n_columns = columns.len();
+impl Table<'_> {
+    /// Decides which columns are clocks and which samples, and reserves the samples.
+    fn take_columns(&mut self, first: &ByteRecord) -> Result<()> {
+        let (source, width) = (self.source, self.names.len());
+        let clocks = self.axis_columns(first)?;
+        self.clocks = clocks.into_iter().map(Clock::new).collect();
+        let is_clock = |c: &usize| self.clocks.iter().any(|clock| clock.column == *c);
+        self.columns = (0..width).filter(|c| !is_clock(c)).collect();
+        if self.columns.is_empty() {
+            return Err(source.fault(InputFault::NoColumns));
+        }
         let most = count_lines(&source.bytes)
-            .saturating_mul(n_columns)
+            .saturating_mul(self.columns.len())
             .min(source.bytes.len() + 1);
-        let needed = most as u64 * size_of::<f64>() as u64;
-        source.allow("the table", needed)?;
-        let values = try_with_capacity(most).map_err(|refused| Error::Read {
+        source.allow("the table", most as u64 * size_of::<f64>() as u64)?;
+        self.values = try_with_capacity(most).map_err(|refused| Error::Read {
             path: source.path.to_owned(),
             action: "hold the table in",
             source: refused.into(),
         })?;
-        Ok(Table {
-            source,
-            width,
-            notes: match preamble.rows {
-                0 => Vec::new(),
-                lines => vec![Note::Preamble { lines }],
-            },
-            preamble,
-            axis_column,
-            columns,
-            is_filled: vec![false; width],
-            values,
-            places: Vec::new(),
-            lines: Vec::new(),
-            rounding: f64::INFINITY,
-        })
+        Ok(())
+    }
+
+    /// The columns of coordinates: that which is stated, else those that names, units or dates say.
+    fn axis_columns(&self, first: &ByteRecord) -> Result<Vec<usize>> {
+        let asked = &self.source.options.time_column;
+        let width = self.names.len();
+        let is_stated = matches!(asked, TimeColumn::Index(_) | TimeColumn::Name(_));
+        if is_stated && !self.rows_are_times {
+            let expected = "a table whose rows are times";
+            let found = "the layout site-time";
+            return Err(Error::request("time-column", expected, found));
+        }
+        let (column, asked) = match asked {
+            TimeColumn::None => return Ok(Vec::new()),
+            TimeColumn::Detect => {
+                let meaning = row_meaning(self.source.layout());
+                let columns =
+                    |is_it: &dyn Fn(usize) -> bool| (0..width).filter(|c| is_it(*c)).collect();
+                let named: Vec<usize> = columns(&|c| known_as(&self.names[c], meaning).is_some());
+                if !named.is_empty() || !self.rows_are_times {
+                    return Ok(named);
+                }
+                let is_time = |c: usize| {
+                    self.preamble
+                        .unit(c)
+                        .is_some_and(|unit| symbol::<Time>(unit).is_some())
+                };
+                let by_unit: Vec<usize> = columns(&is_time);
+                let is_date = |c: usize| {
+                    first
+                        .get(c)
+                        .is_some_and(|cell| number(cell).is_none() && Stamp::parse(cell).is_some())
+                };
+                return Ok(match by_unit[..] {
+                    [] => columns(&is_date),
+                    [first, ..] => vec![first],
+                });
+            }
+            TimeColumn::Index(index) => (Some(*index).filter(|&i| i < width), index.to_string()),
+            TimeColumn::Name(name) => (
+                self.names
+                    .iter()
+                    .position(|cell| self.has_names && cell == name.trim()),
+                format!("{name:?}"),
+            ),
+        };
+        let columns = match self.has_names {
+            true => self.names.clone(),
+            false => (0..width).map(|column| column.to_string()).collect(),
+        };
+        let missing = InputFault::NoSuchColumn { asked, columns };
+        column
+            .map(|column| vec![column])
+            .ok_or_else(|| self.source.fault(missing))
     }
 
     fn push(&mut self, record: &ByteRecord) -> Result<(), InputFault> {
+        let width = self.names.len();
         // A separator behind the last cell of a row ends no cell.
-        let is_longer = record.len() > self.width && length(record, |_| false) > self.width;
-        if record.len() < self.width || is_longer {
+        let is_longer = record.len() > width && length(record, |_| false) > width;
+        if record.len() < width || is_longer {
             return Err(InputFault::Ragged {
                 line: self.line(starts_at(record)),
-                expected: self.width,
+                expected: width,
                 found: record.len(),
             });
         }
-        for (column, cell) in record.iter().take(self.width).enumerate() {
-            let value = number(cell);
+        if let Some(cell) = record.get(0) {
+            self.rounding = self.rounding.min(printed_unit(cell));
+        }
+        self.lines.push(starts_at(record));
+        for (column, cell) in record.iter().take(width).enumerate() {
             self.is_filled[column] |= !cell.trim_ascii().is_empty();
-            let is_place = self.axis_column == Some(column);
-            if column == self.axis_column.unwrap_or(0) {
-                self.rounding = self.rounding.min(printed_unit(cell));
-            }
-            match value {
-                Some(place) if is_place && place.is_finite() => {
-                    self.places.push(place);
-                    self.lines.push(starts_at(record));
+            let clock = self.clocks.iter_mut().find(|clock| clock.column == column);
+            let is_read = match (clock, number(cell)) {
+                (Some(clock), _) => clock.push(cell),
+                (None, value) => {
+                    self.values.extend(value);
+                    value.is_some()
                 }
-                Some(value) if !is_place => self.values.push(value),
-                _ => {
-                    return Err(InputFault::Cell {
-                        line: self.line(starts_at(record)),
-                        column: column + 1,
-                        found: excerpt(cell),
-                    });
-                }
+            };
+            if !is_read {
+                return Err(InputFault::Cell {
+                    line: self.line(starts_at(record)),
+                    column: column + 1,
+                    found: excerpt(cell),
+                });
             }
         }
         Ok(())
@@ -196,24 +303,27 @@ impl<'a> Table<'a> {
         line_of_row(&self.source.bytes, from)
     }
 
+    /// The samples in a column, by its place among those.
+    fn column(&self, place: usize) -> Vec<f64> {
+        let values = self.values.iter().skip(place);
+        values.step_by(self.columns.len()).copied().collect()
+    }
+
     /// Decides whether the first column holds coordinates of the rows: it does if it rises evenly
     /// and no other does.
     ///
     /// # Errors
     /// If it may hold either coordinates or samples: other columns rise evenly too, or it rises
-    /// unevenly.
+    /// unevenly, or never falls as a coarse clock does.
     fn judge_first_column(&mut self) -> Result<(), InputFault> {
         // Two rows always rise evenly or fall, and a few rise by chance.
         const EVENLY: usize = 3;
         const UNEVENLY: usize = 8;
-        let width = self.columns.len();
-        let n_rows = self.values.len() / width;
+        let (width, n_rows) = (self.columns.len(), self.lines.len());
         if width < 2 || n_rows < EVENLY {
             return Ok(());
         }
-        let column =
-            |j: usize| -> Vec<f64> { self.values.iter().skip(j).step_by(width).copied().collect() };
-        let first = column(0);
+        let first = self.column(0);
         let layout = self.source.layout();
         let coordinates = match layout {
             Layout::TimeSite => CoordinateKind::Times,
@@ -225,253 +335,235 @@ impl<'a> Table<'a> {
                 reason,
             })
         };
+        let rises = |values: &[f64]| values.is_sorted() && values.first() < values.last();
         let Ok(even) = Coordinates::fit(&first, self.rounding) else {
-            return match n_rows >= UNEVENLY && first.is_sorted_by(|a, b| a < b) {
+            if n_rows < UNEVENLY || !rises(&first) {
+                return Ok(());
+            }
+            return match first.is_sorted_by(|a, b| a < b) {
                 true => doubt("rises unevenly"),
-                false => Ok(()),
+                false if (1..width).any(|j| rises(&self.column(j))) => Ok(()),
+                false => doubt("rises with equal values between, as a coarse clock does"),
             };
         };
         // Another column that rises about evenly might be a coordinate as well.
-        let is_even = |j: usize| Coordinates::fit(&column(j), f64::INFINITY).is_ok();
+        let is_even = |j: usize| Coordinates::fit(&self.column(j), f64::INFINITY).is_ok();
         if (1..width).any(is_even) {
             return doubt("rises evenly, and so does another");
         }
         let step = even.step.unwrap_or(1.0);
         self.notes.push(Note::FirstColumn { layout, step });
-        (self.places, self.axis_column) = (first, Some(self.columns[0]));
+        self.clocks.push(Clock {
+            column: self.columns[0],
+            values: first,
+            rounding: self.rounding,
+            first: None,
+        });
         self.remove(|place| place == 0);
         Ok(())
     }
 
     /// Leaves out columns without a name that hold nothing behind the last that does, and columns that count
     /// the rows beside those of known times.
-    fn leave_out(&mut self, header: Option<&ByteRecord>) {
-        let name = |column: usize| {
-            let name = header.and_then(|header| header.get(column));
-            name.map_or(String::new(), excerpt)
-        };
-        let last = self
-            .is_filled
-            .iter()
-            .rposition(|is_filled| *is_filled)
-            .unwrap_or(0);
-        let is_blank = |column: &usize| *column > last && name(*column).is_empty();
-        let blank: Vec<usize> = self.columns.iter().copied().filter(is_blank).collect();
-        let has_times = self.axis_column.is_some() || self.preamble.step().is_some();
-        let width = self.columns.len();
-        let counts = |place: usize| {
-            let mut values = self.values.iter().skip(place).step_by(width).copied();
-            let first = values.next().unwrap_or(f64::NAN);
-            let n_rows = self.values.len() / width;
-            n_rows > 2
-                && first.fract() == 0.0
-                && values.zip(1..).all(|(v, i)| v == first + f64::from(i))
-        };
-        let is_count = |&(place, column): &(usize, &usize)| {
-            let unit = self.preamble.units.get(*column).map_or("", String::as_str);
-            let is_named =
-                names::counts_rows(&name(*column)) || unit.eq_ignore_ascii_case("sequence");
-            has_times && is_named && counts(place)
-        };
-        let counting = self.columns.iter().enumerate().filter(is_count);
-        let counting: Vec<usize> = counting.map(|(_, column)| *column).collect();
-        let notes = counting.iter().map(|&column| Note::CountedRows {
-            column: name(column),
-        });
-        self.notes.extend(notes.collect::<Vec<_>>());
-        let columns = self.columns.clone();
-        let out = |place: usize| {
-            [&blank, &counting]
-                .iter()
-                .any(|all| all.contains(&columns[place]))
-        };
+    fn leave_out(&mut self, has_times: bool) {
+        let last = self.is_filled.iter().rposition(|is_filled| *is_filled);
+        let mut out = vec![false; self.columns.len()];
+        for (place, &column) in self.columns.iter().enumerate() {
+            let name = &self.names[column];
+            let unit = self.preamble.unit(column).map_or("", String::as_str);
+            let is_named = counts_rows(name) || unit.eq_ignore_ascii_case("sequence");
+            let is_counted = has_times && is_named && {
+                let values = self.column(place);
+                let counts = |(i, v): (u32, &f64)| *v == values[0] + f64::from(i);
+                values.len() > 2 && values[0].fract() == 0.0 && (0..).zip(&values).all(counts)
+            };
+            if is_counted {
+                let column = match name.is_empty() {
+                    true => "a column without a name".to_owned(),
+                    false => format!("the column {name:?}"),
+                };
+                let text = format!("{column} counts the rows and is left out");
+                self.notes.push(Note::told("counted-rows", text));
+            }
+            out[place] = is_counted || Some(column) > last && name.is_empty();
+        }
         // What is left of a table of no other columns is its samples.
-        if blank.len() + counting.len() < width {
-            self.remove(out);
+        if out.contains(&false) {
+            self.remove(|place| out[place]);
         }
     }
 
     /// Removes columns of samples by their place among them.
     fn remove(&mut self, is_out: impl Fn(usize) -> bool) {
         let width = self.columns.len();
-        let is_out: Vec<bool> = (0..width).map(is_out).collect();
-        if !is_out.contains(&true) {
-            return;
-        }
-        let mut at = 0;
-        self.values.retain(|_| {
-            at += 1;
-            !is_out[(at - 1) % width]
-        });
-        let mut place = 0;
-        self.columns.retain(|_| {
-            place += 1;
-            !is_out[place - 1]
-        });
+        let is_kept: Vec<bool> = (0..width).map(|place| !is_out(place)).collect();
+        let mut places = (0..width).cycle();
+        self.values
+            .retain(|_| places.next().is_some_and(|place| is_kept[place]));
+        let mut places = is_kept.iter();
+        self.columns.retain(|_| places.next() == Some(&true));
     }
 
-    fn contents(mut self, header: Option<&ByteRecord>) -> Result<Contents> {
+    /// The coordinates in a column, counted from the first if that is a date.
+    fn listing(&self, clock: &Clock) -> Listing {
+        let name = &self.names[clock.column];
+        let place = match name.is_empty() {
+            true => format!("column {}", clock.column + 1),
+            false => name.clone(),
+        };
+        if let Some((stamp, cell)) = &clock.first {
+            return Listing {
+                place,
+                values: clock.values.iter().map(|v| v / 1e9).collect(),
+                rounding: clock.rounding,
+                unit: Some("s".into()),
+                start: stamp.has_date.then(|| cell.clone()),
+                ..Listing::default()
+            };
+        }
+        let own = self.preamble.unit(clock.column);
+        let unit = known_as(name, row_meaning(self.source.layout()))
+            .flatten()
+            .or(own.cloned());
+        let may_count = unit.is_none() && self.source.stated.time_unit.is_none();
+        let since = (may_count && self.rows_are_times)
+            .then(|| since_1970(&clock.values))
+            .flatten();
+        // Numbers of many digits are rounded by what holds them.
+        let rounding = clock.rounding.max(Sample::F64.spacing(&clock.values));
+        let dated = since.and_then(|unit| dated(&clock.values, rounding, &unit));
+        match dated {
+            Some(listing) => Listing { place, ..listing },
+            None => Listing {
+                place,
+                values: clock.values.clone(),
+                rounding: clock.rounding,
+                unit,
+                ..Listing::default()
+            },
+        }
+    }
+
+    /// The coordinates of the rows, of all columns that hold them.
+    ///
+    /// # Errors
+    /// Two that differ.
+    fn row_coordinates(&self) -> Result<Option<Given>, InputFault> {
+        let mut listings = self.clocks.iter().map(|clock| self.listing(clock));
+        let Some(first) = listings.next() else {
+            return Ok(None);
+        };
+        let mut best = first.clone();
+        for other in listings {
+            if !first.agrees(&other) {
+                let [first, other] = [&first, &other].map(|of| {
+                    let end = of.values.last().copied().unwrap_or(f64::NAN);
+                    let unit = of.unit.as_deref().unwrap_or_default();
+                    format!("`{}` from {} to {end} {unit}", of.place, of.values[0])
+                        .trim_end()
+                        .to_owned()
+                });
+                return Err(contradiction("clock", first, other));
+            }
+            // The one that says more.
+            if best.unit.is_none() && other.unit.is_some() {
+                best = other;
+            }
+        }
+        Ok(Some(Given::Listed(best)))
+    }
+
+    fn contents(mut self) -> Result<Contents> {
         let source = self.source;
-        let stated = &source.stated;
-        let rows_are_times = source.layout() == Layout::TimeSite;
-        let has_step = match rows_are_times {
-            true => stated.dt.is_some(),
-            false => stated.dx.is_some(),
+        let fault = |fault| source.fault(fault);
+        let (stated, options) = (&source.stated, source.options);
+        let statements = &self.preamble.statements;
+        let time = statements.time(stated, options).map_err(fault)?;
+        let space = statements.space(stated, options).map_err(fault)?;
+        let has_times = !self.clocks.is_empty() || time.has_step();
+        self.leave_out(has_times);
+        if !has_times && options.time_column == TimeColumn::Detect {
+            self.judge_first_column().map_err(fault)?;
+        }
+        let rows = self.row_coordinates().map_err(fault)?;
+        let (n_rows, n_columns) = (self.lines.len(), self.columns.len());
+        let columns = self.labels().map(Given::Listed);
+        let rows_are_times = self.rows_are_times;
+        let (times, sites) = if rows_are_times {
+            (rows, columns)
+        } else {
+            (columns, rows)
         };
-        let row_axis = if rows_are_times { "time" } else { "space" };
-        let fit = |axis, values: &[f64], rounding, has_step: bool| {
-            let rules = (!has_step).then(|| source.options.evenness(axis));
-            Coordinates::listed(axis, values, (rounding, None), rules)
+        let (n_times, n_sites) = if rows_are_times {
+            (n_rows, n_columns)
+        } else {
+            (n_columns, n_rows)
         };
-        let by_setting = rows_are_times.then(|| self.by_setting()).flatten();
-        let rows = match by_setting.filter(|_| !has_step) {
-            Some(even) => Ok(Listed {
-                even,
-                ..Listed::default()
-            }),
-            None => fit(row_axis, &self.places, self.rounding, has_step),
-        };
-        let rows = rows.map_err(|uneven| {
+        let time = time.axis(times, &mut self.notes).map_err(|uneven| {
             source.fault(match uneven {
-                Uneven {
+                InputFault::UnevenAxis {
                     index,
                     expected,
                     found,
-                    is_gap: false,
+                    ..
                 } if rows_are_times => InputFault::UnevenTimes {
                     line: self.line(self.lines[index]),
                     expected,
                     found,
                 },
-                other => other.fault(row_axis),
+                other => other,
             })
         })?;
-        let n_columns = self.columns.len();
-        let n_rows = self.values.len() / n_columns;
-        // Numbers above units are those of channels.
-        let is_numbered = !self.preamble.units.is_empty();
-        let columns = |axis: &'static str, has_step| {
-            let labels = header
-                .filter(|_| !is_numbered)
-                .and_then(|header| header::labels(header, &self.columns));
-            let (values, rounding) = labels.unwrap_or_default();
-            fit(axis, &values, rounding, has_step)
-                .map_err(|uneven| source.fault(uneven.fault(axis)))
-        };
-        let unit = header.zip(self.axis_column).and_then(|(header, column)| {
-            row_unit(&excerpt(&header[column]), source.layout()).flatten()
-        });
-        let unit = unit.or_else(|| self.time_unit(header).filter(|_| rows_are_times));
-        let rows = Listed {
-            even: Coordinates { unit, ..rows.even },
-            ..rows
-        };
-        let (n_times, n_sites, time, space) = if rows_are_times {
-            let space = columns("space", stated.dx.is_some())?;
-            (n_rows, n_columns, rows, space)
-        } else {
-            let time = columns("time", stated.dt.is_some())?;
-            (n_columns, n_rows, time, rows)
-        };
-        self.notes.extend(
-            [&time, &space]
-                .into_iter()
-                .filter_map(|listed| listed.note.clone()),
-        );
-        if stated.layout.is_none() && self.axis_column.is_none() {
+        let space = space.axis(sites, &mut self.notes).map_err(fault)?;
+        if stated.layout.is_none() && self.clocks.is_empty() {
             self.notes.extend(Note::on_shape(n_times, n_sites));
         }
         // Columns are sites where rows are times.
-        let name = |&column: &usize| header.and_then(|header| header.get(column)).map(excerpt);
-        let channels = self
-            .columns
-            .iter()
-            .filter(|_| rows_are_times)
-            .filter_map(name);
+        let name = |&column: &usize| self.names[column].clone();
+        let is_named = rows_are_times && self.has_names;
+        let channels = self.columns.iter().filter(|_| is_named).map(name);
         let channels: Vec<String> = channels.collect();
-        let unit = rows_are_times.then(|| self.unit(&channels)).flatten();
+        let unit = rows_are_times.then(|| self.unit()).flatten();
+        let quantity = quantity("", None, unit.as_deref());
         let storage = Storage::from_values(self.values, n_columns, rows_are_times);
-        Ok(Contents {
-            time: time.even,
-            space: space.even,
-            resampling: [time.resampling, space.resampling],
-            quantity: quantity("", None, unit.as_deref()),
+        let field = Field {
             unit,
             channels,
             notes: self.notes,
-            ..Contents::of(storage, [n_times, n_sites])
-        })
-    }
-}
-
-impl Table<'_> {
-    /// Times by the step that the preamble states, if those of the rows are none or agree.
-    fn by_setting(&self) -> Option<Coordinates> {
-        let step = self.preamble.step()?;
-        let unit = |column: Option<usize>| {
-            column
-                .and_then(|column| self.preamble.units.get(column))
-                .filter(|unit| !unit.is_empty())
+            ..Field::of_storage(storage, (n_times, n_sites))
         };
-        let (Some(&first), Some(&last)) = (self.places.first(), self.places.last()) else {
-            return Some(Coordinates {
-                origin: self.preamble.origin(),
-                step: Some(step),
-                unit: None,
-            });
-        };
-        // The times may be in another unit, which their column states.
-        let own = unit(self.axis_column).map(String::as_str);
-        let units = [own, self.preamble.time_unit()];
-        let [own, of_step] = units.map(|unit| unit.and_then(size::<Time>));
-        let step = match (own, of_step) {
-            (Some(own), Some(of_step)) => step * of_step / own,
-            _ => step,
-        };
-        let places = self.places.iter().zip(0u32..);
-        let distance = |(place, i): (&f64, u32)| (place - first - f64::from(i) * step).abs();
-        let farthest = places.map(distance).fold(0.0, f64::max);
-        let is_it = farthest <= self.rounding + 1e-6 * (last - first).abs();
-        is_it.then_some(Coordinates {
-            origin: Some(first),
-            step: Some(step),
-            unit: None,
-        })
+        Ok(Contents::of(field, [time, space], quantity))
     }
 
-    /// The unit of the times in a row of units, or else in the preamble.
-    fn time_unit(&self, header: Option<&ByteRecord>) -> Option<String> {
-        let own = self.axis_column.and_then(|column| {
-            let named = header.and_then(|header| names::table_time(&excerpt(&header[column])));
-            let unit = self
-                .preamble
-                .units
-                .get(column)
-                .filter(|unit| !unit.is_empty());
-            named.flatten().or(unit.cloned())
-        });
-        let is_stated = self.axis_column.is_some() || self.preamble.step().is_some();
-        let of_preamble = self.preamble.time_unit().map(str::to_owned);
-        own.or(of_preamble.filter(|_| is_stated))
+    /// The names of the columns of samples as numbers, if all are; above units they number channels.
+    fn labels(&self) -> Option<Listing> {
+        let cells = || {
+            self.columns
+                .iter()
+                .map(|&column| self.names[column].as_bytes())
+        };
+        let value = |cell: &[u8]| number(cell).filter(|value| value.is_finite());
+        let values: Option<Vec<f64>> = cells().map(value).collect();
+        Some(Listing {
+            place: "the header".into(),
+            values: values.filter(|_| self.preamble.units.is_empty())?,
+            rounding: cells().map(printed_unit).fold(f64::INFINITY, f64::min),
+            ..Listing::default()
+        })
     }
 
     /// The unit that all channels have, by the row of units, the preamble or their names.
-    fn unit(&mut self, channels: &[String]) -> Option<String> {
-        let of_column = |(place, column): (usize, &usize)| {
-            let in_name = channels.get(place).and_then(|name| {
-                let open = name.rfind(['(', '['])?;
-                Some(unit_of(names::enclosed(&name[open..])?))
-            });
-            let own = self
-                .preamble
-                .units
-                .get(*column)
-                .filter(|unit| !unit.is_empty());
+    fn unit(&mut self) -> Option<String> {
+        let of_column = |(place, &column): (usize, &usize)| {
+            let name = &self.names[column];
+            let in_name = || Some(unit_of(enclosed(&name[name.rfind(['(', '['])?..])?));
+            let own = self.preamble.unit(column);
             let settings = &self.preamble.channel_units;
-            let of_preamble = settings
-                .get(place)
-                .or(settings.first().filter(|_| settings.len() == 1));
-            own.cloned().or(in_name).or(of_preamble.cloned())
+            let of_preamble = match settings.len() {
+                1 => settings.first(),
+                _ => settings.get(place),
+            };
+            own.cloned().or_else(in_name).or(of_preamble.cloned())
         };
         let units: Vec<Option<String>> = self.columns.iter().enumerate().map(of_column).collect();
         let first = units.first()?.clone();
@@ -479,75 +571,23 @@ impl Table<'_> {
             return first;
         }
         let units = units.into_iter().map(|unit| unit.unwrap_or("none".into()));
-        let mut units: Vec<String> = units.collect();
-        units.sort();
-        units.dedup();
-        self.notes.push(Note::Remark {
-            text: format!(
-                "the columns have different units, {}; their numbers are read as they are",
-                units.join(" and ")
-            ),
-        });
+        let units: std::collections::BTreeSet<String> = units.collect();
+        let units: Vec<String> = units.into_iter().collect();
+        let units = units.join(" and ");
+        let text = format!(
+            "the columns have different units, {units}; their numbers are read as they are"
+        );
+        self.notes.push(Note::doubt("remark", text));
         None
     }
 }
 
-fn axis_column(
-    source: &FileSource,
-    header: Option<&ByteRecord>,
-    preamble: &Preamble,
-    width: usize,
-) -> Result<Option<usize>> {
-    let asked = &source.options.time_column;
-    let stated = matches!(asked, TimeColumn::Index(_) | TimeColumn::Name(_));
-    let layout = source.layout();
-    if stated && layout == Layout::SiteTime {
-        let expected = "a table whose rows are times";
-        return Err(Error::request(
-            "time-column",
-            expected,
-            "the layout site-time",
-        ));
+/// What coordinates of rows are.
+pub(super) fn row_meaning(layout: Layout) -> Meaning {
+    match layout {
+        Layout::TimeSite => Meaning::Time,
+        Layout::SiteTime => Meaning::Position,
     }
-    let names: Vec<String> = match header {
-        Some(header) => header.iter().map(excerpt).collect(),
-        None => (0..width).map(|column| column.to_string()).collect(),
-    };
-    let (column, asked) = match asked {
-        TimeColumn::None => return Ok(None),
-        TimeColumn::Detect => {
-            let is_named = |name: &String| match layout {
-                Layout::TimeSite => names::table_time(name).is_some(),
-                Layout::SiteTime => row_unit(name, layout).is_some(),
-            };
-            let named = names
-                .iter()
-                .position(|name| header.is_some() && is_named(name));
-            let in_time = |unit: &String| symbol::<Time>(unit).is_some();
-            let by_unit = || {
-                preamble
-                    .units
-                    .iter()
-                    .position(in_time)
-                    .filter(|&c| c < width)
-            };
-            return Ok(named.or_else(|| by_unit().filter(|_| layout == Layout::TimeSite)));
-        }
-        TimeColumn::Index(index) => (Some(*index).filter(|&i| i < width), index.to_string()),
-        TimeColumn::Name(name) => (
-            names
-                .iter()
-                .position(|cell| header.is_some() && cell == name.trim()),
-            format!("{name:?}"),
-        ),
-    };
-    let missing = || {
-        source.fault(InputFault::NoSuchColumn {
-            asked,
-            columns: names,
-        })
-    };
-    column.ok_or_else(missing).map(Some)
 }
 
 pub(super) fn number(cell: &[u8]) -> Option<f64> {
@@ -597,22 +637,4 @@ fn count_lines(bytes: &FileBytes) -> usize {
         }
     });
     count
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_printed_number_is_exact_to_its_last_digit() {
-        for (text, unit) in [
-            ("0.1250", 1e-4),
-            ("125.0e-3", 1e-4),
-            ("3", 1.0),
-            ("-2E+2", 1e2),
-        ] {
-            let found = printed_unit(text.as_bytes());
-            assert!((found / unit - 1.0).abs() < 1e-12, "{text}: {found}");
-        }
-    }
 }

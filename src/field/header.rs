@@ -3,8 +3,9 @@
 use csv::ByteRecord;
 
 use super::Layout;
-use super::csv::{number, printed_unit};
-use super::names::row_unit;
+use super::coordinates::Coordinates;
+use super::csv::{number, row_meaning};
+use super::meaning::known_as;
 use super::options::{Header, TimeColumn};
 use super::preamble::{is_setting, length};
 use super::rows::RowReader;
@@ -36,9 +37,7 @@ fn lists_coordinates(record: &ByteRecord) -> bool {
     let Some(others) = others.filter(|others| is_empty && others.len() > 2) else {
         return false;
     };
-    let step = (others[others.len() - 1] - others[0]) / (others.len() - 1) as f64;
-    let is_even = |pair: &[f64]| (pair[1] - pair[0] - step).abs() <= 1e-6 * step;
-    others.windows(2).all(is_even) && step > 0.0
+    Coordinates::fit(&others, 0.0).is_ok()
 }
 
 /// Whether a cell is no number but begins like one, or is one with a decimal point but for its first
@@ -96,7 +95,7 @@ pub(super) fn of_comments(
             let name = String::from_utf8_lossy(name);
             match asked {
                 TimeColumn::Name(asked) => name.trim() == asked.trim(),
-                _ => row_unit(&name, layout).is_some(),
+                _ => known_as(&name, row_meaning(layout)).is_some(),
             }
         };
         let looked_at = if *is_prose { 1 } else { names.len() };
@@ -114,73 +113,5 @@ fn names(text: &str, width: usize) -> Option<(ByteRecord, bool)> {
     match delimited {
         Some(names) => Some((ByteRecord::from(names), false)),
         None => blank().map(|names| (ByteRecord::from(names), true)),
-    }
-}
-
-/// The numbers in these columns of a header that holds only numbers there, and their rounding.
-pub(super) fn labels(header: &ByteRecord, columns: &[usize]) -> Option<(Vec<f64>, f64)> {
-    let cells = || columns.iter().filter_map(|&column| header.get(column));
-    let values: Option<Vec<f64>> = cells()
-        .map(|cell| number(cell).filter(|value| value.is_finite()))
-        .collect();
-    Some((
-        values?,
-        cells().map(printed_unit).fold(f64::INFINITY, f64::min),
-    ))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_header_starts_with_a_word_or_holds_no_number() {
-        let detected =
-            |cells: &[&str]| is_header(Header::Detect, &ByteRecord::from(cells.to_vec()));
-        assert!(detected(&["time", "0.0", "0.5"]));
-        assert!(detected(&["", "v1", "v2"]));
-        assert!(detected(&["(1)", "(2)"]));
-        assert!(!detected(&["1.0x", "2.0"]));
-        assert!(!detected(&["1.0", "v2"]));
-        assert!(!detected(&["nan", ""]));
-        assert!(detected(&["v1"]) && detected(&["(1)"]) && detected(&["e (m/s)"]));
-        for damaged in ["1.0x", "q.250", "-0.1.2", "x12.5e-3"] {
-            assert!(!detected(&[damaged]), "{damaged}");
-        }
-    }
-
-    #[test]
-    fn a_comment_names_columns_if_it_names_coordinates() {
-        let found = |text: &str, width| {
-            let names = of_comments(
-                text.as_bytes(),
-                width,
-                Layout::TimeSite,
-                &TimeColumn::Detect,
-            );
-            names.map(|names| {
-                names
-                    .iter()
-                    .map(<[u8]>::to_vec)
-                    .collect::<Vec<_>>()
-                    .concat()
-            })
-        };
-        for text in [
-            "# time,x0,x1\n0,1,2\n",
-            "# run 5\n# time x0 x1\n# of three\n0 1 2\n",
-            "\u{feff}#time; x0; x1\r\n\r\n0,1,2\n",
-            "#\ttime\tx0\tx1\n# s, m, m\n0 1 2\n",
-        ] {
-            assert_eq!(found(text, 3), Some(b"timex0x1".to_vec()), "{text:?}");
-        }
-        for text in [
-            "# velocity over time\n0,1,2\n",
-            "# time,x0\n0,1,2\n",
-            "# x0,x1,x2\n0,1,2\n",
-            "0,1,2\n# time,x0,x1\n3,4,5\n",
-        ] {
-            assert_eq!(found(text, 3), None, "{text:?}");
-        }
     }
 }

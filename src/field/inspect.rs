@@ -4,10 +4,11 @@ use std::path::Path;
 
 use wavecascade_formats::{Attributes, Container, Coordinate, Place, SampleType, Value, Variable};
 
+use super::Field;
+use super::labelled::{Arrays, dimensions};
 use super::open::{FileSource, Format, Opened};
 use super::options::{OpenOptions, ReadMode};
 use super::sidecar::Sidecar;
-use super::{Field, labelled, npz};
 use crate::error::Result;
 
 /// Characters of an attribute that are shown.
@@ -62,12 +63,14 @@ pub fn inspect(path: &Path, options: &OpenOptions) -> Result<Inspection> {
     };
     let (attributes, variables) = match format {
         Format::Labelled(format) => {
-            let container = labelled::open(&source, format)?;
-            let infos = container.variables.iter().map(|v| info(&container, v));
-            (texts(&container.attributes), infos.collect())
+            let container = Arrays::open(&source, format)?.container;
+            // One array without a name is not listed.
+            let is_listed = format != wavecascade_formats::Format::Npy;
+            let listed = container.variables.iter().filter(|_| is_listed);
+            let infos = listed.map(|v| info(&container, v)).collect();
+            (texts(&container.attributes), infos)
         }
-        Format::Npz => (Vec::new(), npz::members(&source)?),
-        Format::Npy | Format::Table => (Vec::new(), Vec::new()),
+        Format::Table => (Vec::new(), Vec::new()),
     };
     Ok(Inspection {
         format: format.name(),
@@ -86,18 +89,16 @@ fn info(container: &Container, variable: &Variable) -> VariableInfo {
         }
         Coordinate::Listed(i) => Some(container.variables[*i].path.clone()),
     };
-    let dimensions = variable.dimensions.iter();
+    let all = variable.dimensions.iter();
     VariableInfo {
         path: variable.path.clone(),
-        dimensions: labelled::dimensions(variable),
+        dimensions: dimensions(variable),
         sample: match &variable.sample_type {
             SampleType::Number(sample) => sample.name().to_owned(),
             SampleType::Other(other) => other.clone(),
         },
         is_in_place: matches!(variable.place, Place::Strided { .. }),
-        coordinates: dimensions
-            .map(|d| coordinate(&d.coordinate, d.len))
-            .collect(),
+        coordinates: all.map(|d| coordinate(&d.coordinate, d.len)).collect(),
         attributes: texts(&variable.attributes),
     }
 }

@@ -129,10 +129,8 @@ impl Interpolant {
 
     /// The largest [`Interpolation::error`] of all places.
     pub(crate) fn error(&self) -> f64 {
-        let worst = self
-            .places
-            .iter()
-            .map(|place| place.fraction.min(1.0 - place.fraction));
+        let nearness = |place: &Place| place.fraction.min(1.0 - place.fraction);
+        let worst = self.places.iter().map(nearness);
         self.method.error(worst.fold(0.0, f64::max))
     }
 

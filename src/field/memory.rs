@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::coordinates::{Coordinates, Listed};
+use super::meaning::{Given, Listing, Statements};
 use super::open::{Contents, completed};
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
@@ -134,78 +134,49 @@ impl Field {
         let path = std::path::PathBuf::from(&labels.name);
         let fault = Error::input(&path);
         let stated = options.over(Sidecar::default());
-        let samples_shape = samples.shape;
-        let [n_times, n_sites] = samples_shape;
+        let [n_times, n_sites] = samples.shape;
         if n_times == 0 || n_sites == 0 {
             return Err(fault(InputFault::Empty));
         }
         let storage = samples.storage().map_err(fault)?;
-        let mut notes: Vec<Note> = labels
-            .start
-            .map(|time| Note::Start { time })
-            .into_iter()
-            .collect();
-        let mut axis = |name, listed: Option<ListedAxis>, is_stated: bool| {
-            let (listed, start) = listed.map(ListedAxis::counted).unzip();
-            notes.extend(start.flatten().map(|time| Note::Start { time }));
-            let found = listed.map_or(Ok(Listed::default()), |listed| {
-                listed.axis(name, is_stated, options)
-            });
-            found.map(|mut found| {
-                notes.extend(found.note.take());
-                found
-            })
-        };
-        let time = axis("time", labels.time, stated.dt.is_some()).map_err(fault)?;
-        let space = axis("space", labels.space, stated.dx.is_some()).map_err(fault)?;
+        let start = labels.start.map(|time| Note::Start { time });
+        let mut notes = Vec::from_iter(start);
+        let statements = Statements::default();
+        let time = statements.time(&stated, options).map_err(fault)?;
+        let space = statements.space(&stated, options).map_err(fault)?;
+        let given = |listed: Option<ListedAxis>| listed.map(|listed| Given::Listed(listed.into()));
+        let time = time.axis(given(labels.time), &mut notes).map_err(fault)?;
+        let space = space.axis(given(labels.space), &mut notes).map_err(fault)?;
         let named = labels.quantity.as_deref().unwrap_or_default();
         let quantity = labelled::quantity(named, None, labels.unit.as_deref());
-        let mut contents = Contents {
-            time: time.even,
-            space: space.even,
-            resampling: [time.resampling, space.resampling],
-            quantity,
+        let field = Field {
             unit: labels.unit,
             notes,
             axis_names: labels.axis_names,
             struck: labels.struck.filter(|site| *site < n_sites),
-            ..Contents::of(storage, samples_shape)
+            ..Field::of_storage(storage, (n_times, n_sites))
         };
+        let mut contents = Contents::of(field, [time, space], quantity);
         contents.note_doubts(labels.is_layout_known || stated.layout.is_some());
         completed(contents, stated, options, &labels.name, &fault)
     }
 }
 
-impl ListedAxis {
-    /// Counted from the first, if its unit counts from a date; and the time of the first.
-    fn counted(self) -> (ListedAxis, Option<String>) {
-        let unit = self.unit.as_deref().unwrap_or_default();
-        match labelled::dated(&self.values, self.rounding, unit) {
-            Some((values, rounding, unit, start)) => {
-                let listed = ListedAxis {
-                    values,
-                    rounding,
-                    unit: Some(unit.into()),
-                    step: None,
-                };
-                (listed, Some(start))
-            }
-            None => (self, None),
+impl From<ListedAxis> for Listing {
+    /// Counted from the first, if the unit counts from a date.
+    fn from(listed: ListedAxis) -> Listing {
+        let unit = listed.unit.as_deref().unwrap_or_default();
+        let dated = labelled::dated(&listed.values, listed.rounding, unit);
+        match dated {
+            Some(dated) => dated,
+            None => Listing {
+                values: listed.values,
+                rounding: listed.rounding,
+                unit: listed.unit,
+                step: listed.step,
+                ..Listing::default()
+            },
         }
-    }
-
-    fn axis(
-        self,
-        name: &'static str,
-        is_stated: bool,
-        options: &OpenOptions,
-    ) -> Result<Listed, InputFault> {
-        let rules = (!is_stated).then(|| options.evenness(name));
-        let known = (self.rounding, self.step);
-        let mut listed = Coordinates::listed(name, &self.values, known, rules)
-            .map_err(|uneven| uneven.fault(name))?;
-        listed.even.unit = self.unit;
-        Ok(listed)
     }
 }
 

@@ -6,7 +6,6 @@
 
 mod align;
 mod assembly;
-mod beside;
 mod block;
 mod coordinates;
 mod csv;
@@ -17,8 +16,8 @@ mod header;
 mod inspect;
 mod interpolate;
 mod labelled;
+mod meaning;
 mod memory;
-mod names;
 mod note;
 mod npy;
 mod npz;
@@ -30,6 +29,7 @@ mod rows;
 mod scan;
 mod select;
 mod sidecar;
+mod stamp;
 mod state;
 mod storage;
 mod written;

@@ -6,8 +6,14 @@
 //!
 //! Source: NumPy Enhancement Proposal 1 and `numpy.lib.format`.
 
+use std::sync::Arc;
+
 use super::Layout;
-use super::storage::{Arrangement, ByteOrder, SampleType};
+use super::file_bytes::FileBytes;
+use wavecascade_formats::{
+    Attributes, ByteOrder, Container, Dimension, Format, Place, Sample, SampleType, Value, Variable,
+};
+
 use crate::error::InputFault;
 
 pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
@@ -23,29 +29,33 @@ const MAX_DIMENSIONS: usize = 64;
 /// What an `.npy` header states.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Header {
-    pub(crate) sample: SampleType,
+    pub(crate) sample: Sample,
     pub(crate) order: ByteOrder,
     pub(crate) fortran_order: bool,
     pub(crate) shape: Vec<u64>,
     /// Bytes before the first sample.
     pub(crate) data_start: usize,
+    /// Of dates and spans of time, their unit and how many of it a number counts.
+    pub(crate) counts: Option<(String, f64)>,
 }
 
 impl Header {
     /// Reads the header at the start of `bytes`; the first [`PREFIX_LIMIT`] suffice.
     pub(crate) fn parse(bytes: &[u8]) -> Result<Header, InputFault> {
         let HeaderEntries {
-            kind: (sample, order),
+            descr,
             fortran_order,
             shape,
             data_start,
-        } = HeaderEntries::parse(bytes, parse_descr)?;
+        } = HeaderEntries::parse(bytes)?;
+        let (sample, order, counts) = parse_descr(descr)?;
         Ok(Header {
             sample,
             order,
             fortran_order,
             shape,
             data_start,
+            counts,
         })
     }
 
@@ -81,43 +91,13 @@ impl Header {
         }
     }
 
-    /// The lengths `(first, second)` of the two axes; one dimension is one column.
-    fn dimensions(&self) -> Result<(usize, usize), InputFault> {
-        self.check_samples()?;
-        match self.shape[..] {
-            [first] => Ok((first as usize, 1)),
-            [first, second] => Ok((first as usize, second as usize)),
-            _ => Err(InputFault::Dimensions {
-                shape: self.shape.clone(),
-            }),
-        }
-    }
-
-    /// Names of the dimensions: of three, time, y and x; with the layout site-time y, x and time.
-    pub(crate) fn names(&self, layout: Layout) -> Vec<String> {
-        let n = self.shape.len();
-        let space = ["z", "y", "x"];
-        let number = |i: usize| match (n - 1).checked_sub(space.len()) {
-            Some(beyond) if i < beyond => format!("{i}"),
-            Some(beyond) => space[i - beyond].to_owned(),
-            None => space[space.len() - (n - 1) + i].to_owned(),
-        };
-        let mut names: Vec<String> = (0..n - 1).map(number).collect();
-        let time = match layout {
-            Layout::TimeSite => 0,
-            Layout::SiteTime => n - 1,
-        };
-        names.insert(time, "time".into());
-        names
-    }
-
     /// Bytes from one index of each dimension to the next.
     pub(crate) fn strides(&self) -> Vec<u64> {
         let mut next = self.sample.bytes() as u64;
         let mut strides = vec![0; self.shape.len()];
         let mut of = |i: usize| {
             strides[i] = next;
-            next *= self.shape[i];
+            next = next.saturating_mul(self.shape[i]);
         };
         match self.fortran_order {
             true => (0..self.shape.len()).for_each(&mut of),
@@ -126,31 +106,61 @@ impl Header {
         strides
     }
 
-    /// The lengths `(times, sites)`; one dimension is the record of one site.
-    pub(crate) fn field_lengths(&self, layout: Layout) -> Result<(usize, usize), InputFault> {
-        let (first, second) = self.dimensions()?;
-        match layout {
-            Layout::SiteTime if self.shape.len() == 2 => Ok((second, first)),
-            _ => Ok((first, second)),
-        }
+    /// The lengths of the first two dimensions.
+    pub(crate) fn lengths(&self) -> [usize; 2] {
+        [0, 1].map(|d| self.shape.get(d).map_or(1, |&len| len as usize))
     }
 
-    /// The layout of the samples in bytes; the first sample is at `start`.
-    pub(crate) fn arrangement(
-        &self,
-        start: usize,
-        layout: Layout,
-    ) -> Result<Arrangement, InputFault> {
-        let (first, second) = self.dimensions()?;
-        let is_record = self.shape.len() == 1;
-        let first_is_slow = !(is_record || self.fortran_order);
-        Ok(Arrangement {
-            sample: self.sample,
-            order: self.order,
-            start,
-            row_len: if first_is_slow { second } else { first },
-            rows_are_times: first_is_slow == (is_record || layout == Layout::TimeSite),
-        })
+    /// The array as one of a file.
+    pub(super) fn variable(&self, path: String) -> Variable {
+        let mut attributes = Attributes::default();
+        if let Some((unit, scale)) = &self.counts {
+            attributes.insert_text("units", unit.clone());
+            if *scale != 1.0 {
+                attributes.insert("scale_factor", Value::Numbers(vec![*scale]));
+            }
+        }
+        Variable {
+            path,
+            dimensions: self.shape.iter().map(|&len| Dimension::new(len)).collect(),
+            sample_type: SampleType::Number(self.sample),
+            attributes,
+            place: Place::Strided {
+                start: self.data_start as u64,
+                strides: self.strides(),
+                order: self.order,
+            },
+        }
+    }
+}
+
+/// The array of a file.
+pub(super) fn container(bytes: &Arc<FileBytes>) -> Result<Container, InputFault> {
+    let header = Header::parse(bytes)?;
+    if header.counts.is_some() {
+        let descr = String::from_utf8_lossy(HeaderEntries::parse(bytes)?.descr).into_owned();
+        return Err(InputFault::SampleType { descr });
+    }
+    header.check_samples()?;
+    header.check_len(bytes.len() as u64)?;
+    let mut container = Container::new(Format::Npy, Arc::clone(bytes) as _, None);
+    container.variables.push(header.variable("array".into()));
+    Ok(container)
+}
+
+/// Names three dimensions and more: time, y and x; with the layout site-time y, x and time.
+pub(super) fn name_dimensions(dimensions: &mut [Dimension], layout: Layout) {
+    let Some(last) = dimensions.len().checked_sub(1).filter(|last| *last > 1) else {
+        return;
+    };
+    let time = match layout {
+        Layout::TimeSite => 0,
+        Layout::SiteTime => last,
+    };
+    dimensions[time].name = Some("time".into());
+    let others = (0..=last).rev().filter(|d| *d != time);
+    for (d, name) in others.zip(["x", "y", "z"]) {
+        dimensions[d].name = Some(name.into());
     }
 }
 
@@ -175,8 +185,8 @@ pub(crate) struct TextHeader {
 impl TextHeader {
     /// Reads the header at the start of `bytes`.
     pub(crate) fn parse(bytes: &[u8]) -> Result<TextHeader, InputFault> {
-        let stated = HeaderEntries::parse(bytes, parse_text_descr)?;
-        let (length, order) = stated.kind;
+        let stated = HeaderEntries::parse(bytes)?;
+        let (length, order) = parse_text_descr(stated.descr)?;
         match stated.shape[..] {
             [] => Ok(TextHeader {
                 length,
@@ -212,19 +222,16 @@ impl TextHeader {
     }
 }
 
-/// What the dictionary of a header states, `kind` being what its `descr` was read as.
-struct HeaderEntries<K> {
-    kind: K,
+/// What the dictionary of a header states.
+struct HeaderEntries<'a> {
+    descr: &'a [u8],
     fortran_order: bool,
     shape: Vec<u64>,
     data_start: usize,
 }
 
-impl<K> HeaderEntries<K> {
-    fn parse(
-        bytes: &[u8],
-        kind_of: fn(&[u8]) -> Result<K, InputFault>,
-    ) -> Result<HeaderEntries<K>, InputFault> {
+impl HeaderEntries<'_> {
+    fn parse(bytes: &[u8]) -> Result<HeaderEntries<'_>, InputFault> {
         let found = bytes.len() as u64;
         let truncated = |expected: u64| InputFault::Truncated { expected, found };
         if !bytes.starts_with(MAGIC) {
@@ -258,7 +265,7 @@ impl<K> HeaderEntries<K> {
             at: 0,
             text_start,
         };
-        cursor.dictionary(data_start, kind_of)
+        cursor.dictionary(data_start)
     }
 }
 
@@ -269,19 +276,15 @@ struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    fn dictionary<K>(
-        mut self,
-        data_start: usize,
-        kind_of: fn(&[u8]) -> Result<K, InputFault>,
-    ) -> Result<HeaderEntries<K>, InputFault> {
-        let (mut kind, mut fortran_order, mut shape) = (None, None, None);
+    fn dictionary(mut self, data_start: usize) -> Result<HeaderEntries<'a>, InputFault> {
+        let (mut descr, mut fortran_order, mut shape) = (None, None, None);
         self.expect(b'{', "{")?;
         while !self.accept(b'}') {
             let start = self.at;
             let key = self.string("a key in quotes")?;
             self.expect(b':', "a colon")?;
             match key {
-                b"descr" if kind.is_none() => kind = Some(self.kind(kind_of)?),
+                b"descr" if descr.is_none() => descr = Some(self.descr()?),
                 b"fortran_order" if fortran_order.is_none() => {
                     fortran_order = Some(self.boolean()?);
                 }
@@ -301,32 +304,40 @@ impl<'a> Cursor<'a> {
             return Err(self.fault("nothing but blanks after the dictionary"));
         }
         Ok(HeaderEntries {
-            kind: kind.ok_or_else(|| self.fault("the key descr"))?,
+            descr: descr.ok_or_else(|| self.fault("the key descr"))?,
             fortran_order: fortran_order.ok_or_else(|| self.fault("the key fortran_order"))?,
             shape: shape.ok_or_else(|| self.fault("the key shape"))?,
             data_start,
         })
     }
 
-    fn kind<K>(&mut self, kind_of: fn(&[u8]) -> Result<K, InputFault>) -> Result<K, InputFault> {
+    fn descr(&mut self) -> Result<&'a [u8], InputFault> {
         if matches!(self.peek(), Some(b'[' | b'(' | b'{')) {
             return Err(InputFault::StructuredType {
                 descr: self.excerpt(),
             });
         }
-        let descr = self.string("a type in quotes")?;
-        kind_of(descr)
+        self.string("a type in quotes")
+    }
+
+    /// The letters and digits that follow, which are not passed.
+    fn word(&mut self) -> &'a [u8] {
+        self.skip_blanks();
+        let rest = &self.text[self.at..];
+        let len = rest
+            .iter()
+            .take_while(|byte| byte.is_ascii_alphanumeric())
+            .count();
+        &rest[..len]
     }
 
     fn boolean(&mut self) -> Result<bool, InputFault> {
-        self.skip_blanks();
-        for (word, value) in [(&b"True"[..], true), (b"False", false)] {
-            if self.text[self.at..].starts_with(word) {
-                self.at += word.len();
-                return Ok(value);
-            }
+        let word = self.word();
+        if !matches!(word, b"True" | b"False") {
+            return Err(self.fault("True or False"));
         }
-        Err(self.fault("True or False"))
+        self.at += word.len();
+        Ok(word == b"True")
     }
 
     fn shape(&mut self) -> Result<Vec<u64>, InputFault> {
@@ -347,30 +358,16 @@ impl<'a> Cursor<'a> {
 
     /// A length; one beyond `u64` saturates, for [`Header::data_len`] to refuse.
     fn length(&mut self) -> Result<u64, InputFault> {
-        self.skip_blanks();
-        let digits = self.text[self.at..]
-            .iter()
-            .take_while(|byte| byte.is_ascii_digit());
-        let mut length = 0u64;
-        let mut count = 0;
-        for digit in digits {
-            length = length
-                .saturating_mul(10)
-                .saturating_add(u64::from(digit - b'0'));
-            count += 1;
-        }
-        if count == 0 {
-            return Err(self.fault("a length"));
-        }
+        let word = self.word();
+        let digits = word.strip_suffix(b"L").unwrap_or(word);
+        let is_number = !digits.is_empty() && digits.iter().all(u8::is_ascii_digit);
         // A number of Python has no leading zero.
-        if length > 0 && self.text[self.at] == b'0' {
+        if !is_number || digits[0] == b'0' && digits.iter().any(|digit| *digit != b'0') {
             return Err(self.fault("a length without leading zeros"));
         }
-        self.at += count;
-        if self.text.get(self.at) == Some(&b'L') {
-            self.at += 1;
-        }
-        Ok(length)
+        self.at += word.len();
+        let length = String::from_utf8_lossy(digits).parse();
+        Ok(length.unwrap_or(u64::MAX))
     }
 
     fn string(&mut self, expected: &'static str) -> Result<&'a [u8], InputFault> {
@@ -430,8 +427,11 @@ impl<'a> Cursor<'a> {
     }
 }
 
+/// What a type of samples holds: numbers in an order of bytes, and what times count.
+type Kind = (Sample, ByteOrder, Option<(String, f64)>);
+
 /// A NumPy type string: byte order, kind, bytes.
-fn parse_descr(descr: &[u8]) -> Result<(SampleType, ByteOrder), InputFault> {
+fn parse_descr(descr: &[u8]) -> Result<Kind, InputFault> {
     let (order, kind) = match descr {
         [b'<', kind @ ..] => (ByteOrder::Little, kind),
         [b'>', kind @ ..] => (ByteOrder::Big, kind),
@@ -440,24 +440,57 @@ fn parse_descr(descr: &[u8]) -> Result<(SampleType, ByteOrder), InputFault> {
     };
     let text = || String::from_utf8_lossy(descr).into_owned();
     let sample = match kind {
-        b"f8" => SampleType::F64,
-        b"f4" => SampleType::F32,
-        b"f2" => SampleType::F16,
-        b"i1" => SampleType::I8,
-        b"i2" => SampleType::I16,
-        b"i4" => SampleType::I32,
-        b"i8" => SampleType::I64,
-        b"u1" => SampleType::U8,
-        b"u2" => SampleType::U16,
-        b"u4" => SampleType::U32,
-        b"u8" => SampleType::U64,
-        b"b1" => SampleType::Bool,
+        b"f8" => Sample::F64,
+        b"f4" => Sample::F32,
+        b"f2" => Sample::F16,
+        b"i1" => Sample::I8,
+        b"i2" => Sample::I16,
+        b"i4" => Sample::I32,
+        b"i8" => Sample::I64,
+        b"u1" => Sample::U8,
+        b"u2" => Sample::U16,
+        b"u4" => Sample::U32,
+        b"u8" => Sample::U64,
+        b"b1" => Sample::Bool,
+        [kind @ (b'M' | b'm'), b'8', b'[', unit @ .., b']'] => {
+            let counts = counted(unit).map(|(unit, count)| match kind {
+                b'M' => (format!("{unit} since 1970-01-01"), count),
+                _ => (unit.to_owned(), count),
+            });
+            let counts = counts.ok_or_else(|| InputFault::SampleType { descr: text() })?;
+            return Ok((Sample::I64, order, Some(counts)));
+        }
         [b'O', ..] => return Err(InputFault::PickledObjects),
         [b'c', ..] => return Err(InputFault::ComplexType { descr: text() }),
         [b'V', ..] => return Err(InputFault::StructuredType { descr: text() }),
         _ => return Err(InputFault::SampleType { descr: text() }),
     };
-    Ok((sample, order))
+    Ok((sample, order, None))
+}
+
+/// The unit of `datetime64[10us]` and how many of it a number counts.
+fn counted(unit: &[u8]) -> Option<(&'static str, f64)> {
+    let text = str::from_utf8(unit).ok()?;
+    let digits = text.bytes().take_while(u8::is_ascii_digit).count();
+    let (count, unit) = text.split_at(digits);
+    let count: f64 = if count.is_empty() {
+        1.0
+    } else {
+        count.parse().ok()?
+    };
+    let (unit, size) = match unit {
+        "W" => ("days", 7.0),
+        "D" => ("days", 1.0),
+        "h" => ("hours", 1.0),
+        "m" => ("minutes", 1.0),
+        "s" => ("seconds", 1.0),
+        "ms" => ("milliseconds", 1.0),
+        "us" => ("microseconds", 1.0),
+        "ns" => ("nanoseconds", 1.0),
+        "ps" => ("nanoseconds", 1e-3),
+        _ => return None,
+    };
+    Some((unit, count * size))
 }
 
 /// The type string of texts, `<U12`: order and characters.
@@ -495,10 +528,7 @@ mod tests {
         let text = "{\"shape\": (3,4),'fortran_order':True , 'descr': '>f4'}\n";
         let header = Header::parse(&version_1(text)).unwrap();
         assert_eq!(header.shape, [3, 4]);
-        assert_eq!(
-            (header.sample, header.order),
-            (SampleType::F32, ByteOrder::Big)
-        );
+        assert_eq!((header.sample, header.order), (Sample::F32, ByteOrder::Big));
         assert!(header.fortran_order);
         assert_eq!(header.data_start, 10 + text.len());
         assert_eq!(header.data_len(), Ok(48));

@@ -12,15 +12,17 @@ use zip::CompressionMethod;
 use zip::read::{ZipArchive, ZipReadOptions};
 use zip::result::ZipError;
 
-use super::beside::{self, Beside};
-use super::coordinates::{Coordinates, Listed};
-use super::open::{Contents, FileSource, map};
+use wavecascade_formats::{
+    Attributes, ByteOrder, Container, Format, Place, Sample, SampleType, Variable,
+};
+
+use super::meaning::{Meaning, Statements, known_as};
+use super::npy;
+use super::open::{FileSource, map};
 use super::options::OpenOptions;
-use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
-use super::storage::Bytes;
-use super::{Layout, Note, Quantity, VariableInfo, graded_masses, names, npy};
-use crate::error::{Error, InputFault, MemberShape, Result};
+use super::storage::{Bytes, Storage};
+use crate::error::{Error, InputFault, Result};
 use crate::system::memory::try_with_capacity;
 
 const MEMBER_LIMIT: usize = 4096;
@@ -31,178 +33,11 @@ const TEXT_LIMIT: u64 = 16 << 20;
 /// Deflate encodes at most 258 bytes in two bits.
 const MAX_INFLATION: u64 = 1032;
 
-/// The field of an archive, with the axes that its other members state.
-pub(super) fn read(source: &FileSource) -> Result<Contents> {
-    let mut archive = Archive::open(source).map_err(|fault| source.fault(fault))?;
-    let index = archive
-        .choose(source.options.variable.as_deref())
-        .map_err(|fault| source.fault(fault))?;
-    let (header, bytes, start) = archive.load(index)?;
-    let name = archive.members[index].name.clone();
-    // Contacts are between sites and may be fewer.
-    let along = match archive.find("contact_position") {
-        Some(_) if matches!(name.as_str(), "force" | "energy_passed") => &["contact_position"][..],
-        _ => &names::SPACE,
-    };
-    let time = archive.coordinates("time", &names::TIME, index)?;
-    let space = archive.coordinates("space", along, index)?;
-    let lengths = [&time, &space].map(|member| member.as_ref().map(|member| member.len));
-    let implied = match header.shape[..] {
-        [rows, columns] => implied_layout([rows, columns], lengths),
-        _ => None,
-    };
-    let stated = &source.stated;
-    let layout = stated.layout.or(implied).unwrap_or_default();
-    let mut places = |name: &str| {
-        let (shape, values) = archive.array(name).ok()??;
-        (shape.len() == 1).then(|| (values, archive.unit(name).ok().flatten()))
-    };
-    source.check_at(&header)?;
-    let at = &source.options.at;
-    let contents = Contents::from_npy_at(&header, bytes, start, layout, at, &mut places);
-    let mut contents = contents.map_err(|fault| archive.member_fault(index, fault))?;
-    contents.quantity = quantity(&name);
-    contents.unit = archive.unit(&name)?;
-    if archive.find("schema").is_some() {
-        contents.dispersion = archive.text("dispersion")?;
-    }
-    if is_run(&source.bytes) {
-        contents.struck = archive.struck(contents.n_sites)?;
-        let bodies = archive
-            .array("mass")?
-            .zip(archive.array("contact_coefficient")?);
-        let bodies = bodies.filter(|((_, masses), _)| masses.len() == contents.n_sites);
-        contents.masses = bodies.and_then(|((_, m), (_, c))| graded_masses(&m, &c));
-    }
-    // Coordinates that are stated in full are left unread.
-    let time = time.filter(|_| stated.t0.is_none() || stated.dt.is_none());
-    let space = space.filter(|_| stated.x0.is_none() || stated.dx.is_none());
-    if let Some(member) = &time {
-        let time = archive.axis(member, contents.n_times, stated.dt.is_some())?;
-        contents.time = time.even;
-        contents.notes.extend(time.note);
-        contents.resampling[0] = time.resampling;
-    }
-    if let Some(member) = &space {
-        let space = archive.axis(member, contents.n_sites, stated.dx.is_some())?;
-        contents.space = space.even;
-        contents.notes.extend(space.note);
-        contents.resampling[1] = space.resampling;
-    }
-    if archive.find("schema").is_none() {
-        beside::complete(&mut contents, stated, &mut |name| archive.beside(name))?;
-        let own = |member: &Option<Coordinate>| member.as_ref().map(|member| member.name.clone());
-        contents.notes.push(Note::Members {
-            field: name,
-            time: own(&time),
-            space: own(&space),
-        });
-        if stated.layout.is_none() && implied == Some(Layout::SiteTime) {
-            contents.notes.push(Note::Layout {
-                layout: Layout::SiteTime,
-            });
-        }
-        contents.note_doubts(stated.layout.or(implied).is_some());
-    }
-    Ok(contents)
-}
-
-/// The arrays of an archive.
-pub(super) fn members(source: &FileSource) -> Result<Vec<VariableInfo>> {
-    let mut archive = Archive::open(source).map_err(|fault| source.fault(fault))?;
-    let infos = (0..archive.members.len()).map(|index| {
-        let header = archive.header(index);
-        let is_stored = archive
-            .zip
-            .by_index_raw(archive.members[index].index)
-            .is_ok_and(|entry| entry.compression() == CompressionMethod::Stored);
-        let lengths = |header: &npy::Header| {
-            let lengths: Vec<String> = header.shape.iter().map(u64::to_string).collect();
-            lengths.join(", ")
-        };
-        VariableInfo {
-            path: archive.members[index].name.clone(),
-            dimensions: header.as_ref().map(lengths).unwrap_or_default(),
-            sample: header
-                .as_ref()
-                .map_or("no numbers", |header| header.sample.name())
-                .to_owned(),
-            is_in_place: is_stored,
-            coordinates: Vec::new(),
-            attributes: Vec::new(),
-        }
-    });
-    Ok(infos.collect())
-}
-
-/// Members of one number that may be a position.
-pub(super) fn positions(source: &FileSource, asked: Option<&str>) -> Result<Vec<NamedNumber>> {
-    let mut archive = Archive::open(source).map_err(|fault| source.fault(fault))?;
-    let names: Vec<String> = archive
-        .members
-        .iter()
-        .map(|member| member.name.clone())
-        .collect();
-    let mut found = Vec::new();
-    for (index, name) in names.into_iter().enumerate() {
-        let is_it = match asked {
-            Some(asked) => asked == name,
-            None => names::POSITION.contains(&name.as_str()),
-        };
-        let count = archive
-            .header(index)
-            .map(|header| header.shape.iter().product::<u64>());
-        if !is_it || count.ok() != Some(1) {
-            continue;
-        }
-        let value = archive.number(index)?;
-        let sample = archive.header(index).map(|header| header.sample);
-        let relative = sample.map_or(f64::EPSILON, |sample| sample.relative_rounding());
-        found.push(NamedNumber {
-            unit: archive.unit(&name)?,
-            name,
-            value,
-            rounding: relative * value.abs(),
-        });
-    }
-    Ok(found)
-}
-
-/// The layout that the lengths of times and positions leave, where they leave one.
-fn implied_layout([rows, columns]: [u64; 2], [times, sites]: [Option<u64>; 2]) -> Option<Layout> {
-    let fits =
-        |n_times, n_sites| times.is_none_or(|n| n == n_times) && sites.is_none_or(|n| n == n_sites);
-    match (fits(rows, columns), fits(columns, rows)) {
-        (true, false) => Some(Layout::TimeSite),
-        (false, true) => Some(Layout::SiteTime),
-        _ => None,
-    }
-}
-
-/// Whether an archive is a run file or a field that this program wrote: it holds a schema.
-pub(super) fn is_own(bytes: &[u8]) -> bool {
-    ZipArchive::new(Cursor::new(bytes)).is_ok_and(|zip| zip.index_for_name("schema.npy").is_some())
-}
-
-/// Whether an archive is a run file: it holds a scene and a schema.
-pub(super) fn is_run(bytes: &[u8]) -> bool {
-    let has = |zip: &ZipArchive<_>, name| zip.index_for_name(name).is_some();
-    ZipArchive::new(Cursor::new(bytes))
-        .is_ok_and(|zip| has(&zip, "scene.npy") && has(&zip, "schema.npy"))
-}
-
-/// Whether an archive is a field that this program wrote: it holds a schema and no scene.
-pub(super) fn is_field(bytes: &[u8]) -> bool {
-    let has = |zip: &ZipArchive<_>, name| zip.index_for_name(name).is_some();
-    ZipArchive::new(Cursor::new(bytes))
-        .is_ok_and(|zip| !has(&zip, "scene.npy") && has(&zip, "schema.npy"))
-}
-
-/// The quantity of a member, if its name is that of one.
-fn quantity(member: &str) -> Option<Quantity> {
-    Quantity::ALL
-        .into_iter()
-        .find(|quantity| quantity.name() == member)
+/// Whether an archive holds texts of this program: a schema, as its fields and runs do, and a scene, as runs do.
+pub(super) fn own_parts(bytes: &[u8]) -> [bool; 2] {
+    ZipArchive::new(Cursor::new(bytes)).map_or([false; 2], |zip| {
+        ["schema.npy", "scene.npy"].map(|name| zip.index_for_name(name).is_some())
+    })
 }
 
 /// Checks that the header before a member, at `start`, has the name that the archive's directory
@@ -240,14 +75,6 @@ pub(crate) fn read_members<T>(
     read(&mut archive)
 }
 
-/// A member that holds the coordinates of an axis.
-struct Coordinate {
-    axis: &'static str,
-    index: usize,
-    name: String,
-    len: u64,
-}
-
 struct ArchiveMember {
     /// Without its `.npy`.
     name: String,
@@ -262,7 +89,7 @@ pub(crate) struct Archive<'a> {
 }
 
 impl<'a> Archive<'a> {
-    fn open(source: &'a FileSource<'a>) -> Result<Self, InputFault> {
+    pub(super) fn open(source: &'a FileSource<'a>) -> Result<Self, InputFault> {
         let zip = ZipArchive::new(Cursor::new(&source.bytes[..])).map_err(archive_fault)?;
         if zip.len() > MEMBER_LIMIT {
             return Err(InputFault::TooManyMembers {
@@ -290,20 +117,115 @@ impl<'a> Archive<'a> {
         })
     }
 
+    /// The members, by their places, as arrays; short texts among them are attributes, too.
+    ///
+    /// # Errors
+    /// A member that is damaged and whose name says something about the field.
+    pub(super) fn container(&mut self) -> Result<Container> {
+        let mut container = Container::new(Format::Npz, Arc::clone(&self.source.bytes) as _, None);
+        for index in 0..self.members.len() {
+            let name = self.members[index].name.clone();
+            let matters = Statements::default().is_one(&name)
+                || [Meaning::Time, Meaning::Position, Meaning::Field]
+                    .into_iter()
+                    .any(|meaning| known_as(&name, meaning).is_some());
+            let found = self.header(index);
+            let fault = found.as_ref().err();
+            let is_other = fault.is_some_and(is_other_kind);
+            if let Some(fault) = fault.filter(|_| matters && !is_other) {
+                return Err(self.member_fault(index, fault.clone()));
+            }
+            let text = is_other
+                .then(|| self.short_text(index))
+                .transpose()?
+                .flatten();
+            if is_other && matters && text.is_none() {
+                self.check_whole(index)?;
+            }
+            let mut variable = match found {
+                Ok(header) => header.variable(name.clone()),
+                Err(_) => Variable {
+                    path: name.clone(),
+                    dimensions: Vec::new(),
+                    sample_type: SampleType::Other(
+                        if is_other { "no numbers" } else { "unreadable" }.into(),
+                    ),
+                    attributes: Attributes::default(),
+                    place: Place::Encoded { rows: 1 },
+                },
+            };
+            if !self.is_stored(index) {
+                variable.place = Place::Encoded { rows: 1 };
+            }
+            container.variables.push(variable);
+            if let Some(text) = text {
+                container.attributes.insert_text(name, text);
+            }
+        }
+        Ok(container)
+    }
+
+    /// The text of a member; `None` for what is no text, or a long one.
+    fn short_text(&mut self, index: usize) -> Result<Option<String>> {
+        const SHORT: u64 = 1000;
+        let header = self
+            .prefix(index)
+            .and_then(|prefix| npy::TextHeader::parse(&prefix));
+        match header {
+            Ok(header) if header.length <= SHORT => self.text_at(index).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    pub(super) fn is_stored(&mut self, index: usize) -> bool {
+        let entry = self.zip.by_index_raw(self.members[index].index);
+        entry.is_ok_and(|entry| entry.compression() == CompressionMethod::Stored)
+    }
+
+    /// The stored numbers of a member, each as `of` reads them.
+    pub(super) fn numbers<T>(
+        &mut self,
+        index: usize,
+        of: impl Fn(Sample, ByteOrder, &[u8]) -> T,
+    ) -> Result<Vec<T>> {
+        let (header, bytes, start) = self.load(index)?;
+        let length = header.data_len().unwrap_or(0) as usize;
+        let numbers = bytes.as_slice()[start..start + length].chunks_exact(header.sample.bytes());
+        Ok(numbers
+            .map(|one| of(header.sample, header.order, one))
+            .collect())
+    }
+
     /// Shape and samples of a member, row-major, where there is one of this name.
     pub(crate) fn array(&mut self, name: &str) -> Result<Option<(Vec<u64>, Vec<f64>)>> {
         let Some(index) = self.find(name) else {
             return Ok(None);
         };
-        let (header, bytes, start) = self.load(index)?;
-        let contents = Contents::from_npy(&header, bytes, start, Layout::TimeSite)
-            .map_err(|fault| self.member_fault(index, fault))?;
-        let (rows, columns) = (contents.n_times, contents.n_sites);
+        let (header, storage) = self.storage(index)?;
+        let [rows, columns] = header.lengths();
         let mut values = vec![0.0; rows * columns];
-        contents
-            .storage
-            .read(0..rows, 0..columns, false, &mut values);
+        storage.read(0..rows, 0..columns, false, &mut values);
         Ok(Some((header.shape, values)))
+    }
+
+    /// A member of at most two dimensions, as `(first, second)`.
+    fn storage(&mut self, index: usize) -> Result<(npy::Header, Storage)> {
+        let (header, bytes, start) = self.load(index)?;
+        if header.shape.len() > 2 {
+            let shape = header.shape;
+            return Err(self.member_fault(index, InputFault::Dimensions { shape }));
+        }
+        let strides = header.strides();
+        let stride = |d: usize| {
+            strides
+                .get(d)
+                .copied()
+                .unwrap_or(header.sample.bytes() as u64)
+        };
+        let strides = [0, 1].map(|d| stride(d) as isize);
+        let numbers = (header.sample, header.order);
+        let storage = Storage::of_strides(bytes, numbers, start, header.lengths(), strides);
+        Ok((header, storage))
     }
 
     /// A fault of the member of this name, or of the archive where there is none.
@@ -317,20 +239,18 @@ impl<'a> Archive<'a> {
     /// The last of `n_sites` bodies of a run that moves, or is out of place, in its first sample;
     /// the first body where none is, since then the first end is driven. `None` for another number
     /// of bodies.
-    fn struck(&mut self, n_sites: usize) -> Result<Option<usize>> {
+    pub(super) fn struck(&mut self, n_sites: usize) -> Result<Option<usize>> {
         let mut last = None;
         for name in ["velocity", "displacement"] {
             let Some(index) = self.find(name) else {
                 continue;
             };
-            let (header, bytes, start) = self.load(index)?;
-            let contents = Contents::from_npy(&header, bytes, start, Layout::TimeSite)
-                .map_err(|fault| self.member_fault(index, fault))?;
-            if contents.n_sites != n_sites || contents.n_times == 0 {
+            let (header, storage) = self.storage(index)?;
+            if header.lengths()[1] != n_sites {
                 return Ok(None);
             }
             let mut first = vec![0.0; n_sites];
-            contents.storage.read(0..1, 0..n_sites, false, &mut first);
+            storage.read(0..1, 0..n_sites, false, &mut first);
             last = last.max(first.iter().rposition(|&v| v != 0.0));
         }
         match last {
@@ -349,121 +269,6 @@ impl<'a> Archive<'a> {
 
     fn find(&self, name: &str) -> Option<usize> {
         self.members.iter().position(|member| member.name == name)
-    }
-
-    /// The member of an axis by its name; under a short name only an array of one dimension is one.
-    fn coordinates(
-        &mut self,
-        axis: &'static str,
-        known: &[&str],
-        field: usize,
-    ) -> Result<Option<Coordinate>> {
-        for (rank, name) in known.iter().enumerate() {
-            let same = |member: &ArchiveMember| match rank {
-                0 => member.name == *name,
-                _ => member.name.eq_ignore_ascii_case(name),
-            };
-            let found = self.members.iter().position(same).filter(|&i| i != field);
-            let Some(index) = found else { continue };
-            let shape = match self.header(index).map(|header| header.shape) {
-                // What holds no numbers is no coordinate.
-                Err(fault) if rank > 0 && is_other_kind(&fault) => {
-                    self.check_whole(index)?;
-                    continue;
-                }
-                shape => shape.map_err(|fault| self.member_fault(index, fault))?,
-            };
-            if rank == 0 || shape.len() == 1 {
-                return Ok(Some(Coordinate {
-                    axis,
-                    index,
-                    name: self.members[index].name.clone(),
-                    len: shape.iter().product(),
-                }));
-            }
-            self.check_whole(index)?;
-        }
-        Ok(None)
-    }
-
-    /// The number or the text of a member, by a name whose case does not matter.
-    fn beside(&mut self, name: &str) -> Result<Option<Beside>> {
-        let same = |member: &ArchiveMember| member.name.eq_ignore_ascii_case(name);
-        let Some(index) = self.members.iter().position(same) else {
-            return Ok(None);
-        };
-        let place = self.members[index].name.clone();
-        let shape = match self.header(index) {
-            Ok(header) => header.shape,
-            Err(fault) if is_other_kind(&fault) => {
-                let text = self.text_of(&place)?;
-                let value = text.map(beside::Value::Text);
-                return Ok(value.map(|value| Beside { place, value }));
-            }
-            Err(fault) => return Err(self.member_fault(index, fault)),
-        };
-        if shape.iter().product::<u64>() != 1 {
-            return Ok(None);
-        }
-        let value = beside::Value::Number(self.number(index)?);
-        Ok(Some(Beside { place, value }))
-    }
-
-    /// The only number of a member.
-    fn number(&mut self, index: usize) -> Result<f64> {
-        let header = self.header(index);
-        let header = header.map_err(|fault| self.member_fault(index, fault))?;
-        let header = npy::Header {
-            shape: vec![1],
-            ..header
-        };
-        let expected = header
-            .file_len()
-            .map_err(|fault| self.member_fault(index, fault))?;
-        let (bytes, start) = self.bytes(index, expected)?;
-        let start = start + header.data_start;
-        let contents = Contents::from_npy(&header, bytes, start, Layout::TimeSite)
-            .map_err(|fault| self.member_fault(index, fault))?;
-        let mut value = [0.0];
-        contents.storage.read(0..1, 0..1, false, &mut value);
-        Ok(value[0])
-    }
-
-    /// The requested member, else `velocity` or `v`, else the only array of two dimensions.
-    fn choose(&mut self, asked: Option<&str>) -> Result<usize, InputFault> {
-        if let Some(asked) = asked {
-            let name = asked.strip_suffix(".npy").unwrap_or(asked);
-            return self.find(name).ok_or_else(|| InputFault::NoSuchMember {
-                name: name.into(),
-                members: self.shapes(),
-            });
-        }
-        let [long, short] = names::FIELD;
-        if let Some(index) = self.find(long) {
-            return Ok(index);
-        }
-        let members = self.shapes();
-        let is_short = |member: &MemberShape| member.name.eq_ignore_ascii_case(short);
-        if let Some(index) = members.iter().position(is_short) {
-            return Ok(index);
-        }
-        let is_matrix =
-            |member: &MemberShape| member.shape.as_ref().is_some_and(|shape| shape.len() == 2);
-        let mut matrices = (0..members.len()).filter(|&i| is_matrix(&members[i]));
-        match (matrices.next(), matrices.next(), members.len()) {
-            (Some(index), None, _) => Ok(index),
-            (None, None, 1) => Ok(0),
-            _ => Err(InputFault::WhichMember { members }),
-        }
-    }
-
-    fn shapes(&mut self) -> Vec<MemberShape> {
-        (0..self.members.len())
-            .map(|index| MemberShape {
-                name: self.members[index].name.clone(),
-                shape: self.header(index).ok().map(|header| header.shape),
-            })
-            .collect()
     }
 
     fn header(&mut self, index: usize) -> Result<npy::Header, InputFault> {
@@ -490,7 +295,7 @@ impl<'a> Archive<'a> {
     }
 
     /// The header of a member, the bytes that hold its samples, and where these start.
-    fn load(&mut self, index: usize) -> Result<(npy::Header, Bytes, usize)> {
+    pub(super) fn load(&mut self, index: usize) -> Result<(npy::Header, Bytes, usize)> {
         let header = self.header(index).and_then(|header| {
             header.check_samples()?;
             let expected = header.file_len()?;
@@ -504,9 +309,11 @@ impl<'a> Archive<'a> {
 
     /// The text of a member, where there is one of this name.
     pub(crate) fn text(&mut self, name: &str) -> Result<Option<String>> {
-        let Some(index) = self.find(name) else {
-            return Ok(None);
-        };
+        let index = self.find(name);
+        index.map(|index| self.text_at(index)).transpose()
+    }
+
+    fn text_at(&mut self, index: usize) -> Result<String> {
         let header = self.prefix(index).and_then(|prefix| {
             let header = npy::TextHeader::parse(&prefix)?;
             if header.length > TEXT_LIMIT {
@@ -522,29 +329,7 @@ impl<'a> Archive<'a> {
         let (bytes, start) = self.bytes(index, expected)?;
         let range = start + header.data_start..start + expected as usize;
         let text = header.decode(&bytes.as_slice()[range]);
-        text.map(Some)
-            .map_err(|fault| self.member_fault(index, fault))
-    }
-
-    /// The unit of a member as stated by the archive; `None` unless it is a text.
-    fn unit(&mut self, member: &str) -> Result<Option<String>> {
-        self.text_of(&format!("{member}_unit"))
-    }
-
-    /// As [`Archive::text`]; `None` for what is no text.
-    fn text_of(&mut self, name: &str) -> Result<Option<String>> {
-        match self.text(name) {
-            Err(Error::Input {
-                fault: InputFault::Member { fault, .. },
-                ..
-            }) if is_other_kind(&fault) => {
-                if let Some(index) = self.find(name) {
-                    self.check_whole(index)?;
-                }
-                Ok(None)
-            }
-            text => text,
-        }
+        text.map_err(|fault| self.member_fault(index, fault))
     }
 
     /// That a member of another kind is not one whose header was damaged; none of many bytes is read for that.
@@ -565,14 +350,14 @@ impl<'a> Archive<'a> {
     fn bytes(&mut self, index: usize, expected: u64) -> Result<(Bytes, usize)> {
         let place = self.place(index, expected);
         match place.map_err(|fault| self.member_fault(index, fault))? {
-            Place::Stored { range, checksum } => {
+            Packed::Stored { range, checksum } => {
                 let file = &self.source.bytes;
                 let mut hasher = crc32fast::Hasher::new();
                 file.stream(range.clone(), |chunk| hasher.update(chunk));
                 check_sum(checksum, hasher).map_err(|fault| self.member_fault(index, fault))?;
                 Ok((Bytes::File(Arc::clone(file)), range.start))
             }
-            Place::Deflated { len, checksum } => {
+            Packed::Deflated { len, checksum } => {
                 self.source.allow("the inflated member", len as u64)?;
                 let mut bytes = try_with_capacity(len).map_err(|refused| Error::Read {
                     path: self.source.path.to_owned(),
@@ -587,7 +372,7 @@ impl<'a> Archive<'a> {
     }
 
     /// Where the bytes of a member are, once the lengths in the archive agree with its header.
-    fn place(&mut self, index: usize, expected: u64) -> Result<Place, InputFault> {
+    fn place(&mut self, index: usize, expected: u64) -> Result<Packed, InputFault> {
         let file_len = self.source.bytes.len();
         let entry = self
             .zip
@@ -606,7 +391,7 @@ impl<'a> Archive<'a> {
         if entry.compression() == CompressionMethod::Stored {
             npy::check_len(expected, packed)?;
             let range = start as usize..end as usize;
-            return Ok(Place::Stored { range, checksum });
+            return Ok(Packed::Stored { range, checksum });
         }
         let possible = packed.saturating_mul(MAX_INFLATION);
         let found = size.min(possible);
@@ -614,7 +399,7 @@ impl<'a> Archive<'a> {
             return Err(InputFault::InflatedSize { expected, found });
         }
         let len = expected as usize;
-        Ok(Place::Deflated { len, checksum })
+        Ok(Packed::Deflated { len, checksum })
     }
 
     fn inflate(
@@ -647,36 +432,7 @@ impl<'a> Archive<'a> {
         check_sum(checksum, hasher)
     }
 
-    /// What the coordinate member of an axis of `n` states, and what it deviates by.
-    fn axis(&mut self, member: &Coordinate, n: usize, has_step: bool) -> Result<Listed> {
-        let Coordinate {
-            axis, index, name, ..
-        } = member;
-        let (axis, index) = (*axis, *index);
-        let (header, bytes, start) = self.load(index)?;
-        if header.shape != [n as u64] {
-            let fault = InputFault::AxisLength {
-                axis,
-                expected: n as u64,
-                found: header.shape.iter().product(),
-            };
-            return Err(self.member_fault(index, fault));
-        }
-        let record = Contents::from_npy(&header, bytes, start, Layout::TimeSite)
-            .map_err(|fault| self.member_fault(index, fault))?;
-        let mut values = vec![0.0; n];
-        record.storage.read(0..n, 0..1, false, &mut values);
-        let known = (header.sample.spacing(&values), None);
-        let rules = (!has_step).then(|| self.source.options.evenness(axis));
-        let mut listed = Coordinates::listed(axis, &values, known, rules)
-            .map_err(|uneven| self.member_fault(index, uneven.fault(axis)))?;
-        if !has_step {
-            listed.even.unit = self.unit(name)?;
-        }
-        Ok(listed)
-    }
-
-    fn member_fault(&self, index: usize, fault: InputFault) -> Error {
+    pub(super) fn member_fault(&self, index: usize, fault: InputFault) -> Error {
         self.source.fault(InputFault::Member {
             member: self.members[index].name.clone(),
             fault: Box::new(fault),
@@ -699,7 +455,7 @@ fn is_other_kind(fault: &InputFault) -> bool {
     )
 }
 
-enum Place {
+enum Packed {
     Stored { range: Range<usize>, checksum: u32 },
     Deflated { len: usize, checksum: u32 },
 }

@@ -5,18 +5,20 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::coordinates::{Coordinates, StatedAxis};
+use wavecascade_formats::Format as Labelled;
+
+use super::coordinates::{Coordinates, Listed};
 use super::file_bytes::FileBytes;
 use super::interpolate::Interpolant;
-use super::options::{At, Header, OpenOptions, ReadMode, TimeColumn};
+use super::note::spaced;
+use super::options::{Header, OpenOptions, ReadMode, TimeColumn};
 use super::resample::resampled;
 use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
 use super::state::FileState;
-use super::storage::{Bytes, Storage};
 use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz};
-use crate::error::{DimensionName, Error, ForeignFormat, InputFault, Result};
-use crate::measure::{Dimension, Length, quotient};
+use crate::error::{Error, ForeignFormat, InputFault, Result};
+use crate::measure::{Dimension, Length, digits, quotient};
 
 /// Input of the format readers: the bytes of a file and its settings.
 pub(super) struct FileSource<'a> {
@@ -46,20 +48,6 @@ impl FileSource<'_> {
     }
 }
 
-impl FileSource<'_> {
-    /// Checks that an array of NumPy has a further dimension where one is stated.
-    pub(super) fn check_at(&self, header: &npy::Header) -> Result<()> {
-        match header.shape.len() {
-            found @ 0..=2 if !self.options.at.is_empty() => Err(Error::request(
-                "at",
-                "an array of three dimensions or more",
-                format!("one of {found}"),
-            )),
-            _ => Ok(()),
-        }
-    }
-}
-
 /// What is at a path.
 pub(super) struct Opened {
     pub(super) bytes: Arc<FileBytes>,
@@ -71,7 +59,7 @@ pub(super) struct Opened {
 impl Opened {
     /// The file at `path`, or the store that is a directory.
     pub(super) fn at(path: &Path, options: &OpenOptions) -> Result<Opened> {
-        if let Some(format) = wavecascade_formats::Format::detect_directory(path) {
+        if let Some(format) = Labelled::detect_directory(path) {
             return Ok(Opened {
                 bytes: FileBytes::of_directory(),
                 state: None,
@@ -91,146 +79,28 @@ impl Opened {
 
 /// Output of the format readers.
 pub(super) struct Contents {
-    pub(super) storage: Storage,
-    pub(super) n_times: usize,
-    pub(super) n_sites: usize,
+    /// The samples and what is known of them, without its axes.
+    pub(super) field: Field,
     pub(super) time: Coordinates,
     pub(super) space: Coordinates,
     /// How samples come to the axes of times and sites, where they are not there.
     pub(super) resampling: [Option<Interpolant>; 2],
     pub(super) quantity: Option<Quantity>,
-    pub(super) unit: Option<String>,
-    pub(super) notes: Vec<Note>,
-    /// As [`Field::axis_names`].
-    pub(super) axis_names: [Option<String>; 2],
-    /// As [`Field::channels`].
-    pub(super) channels: Vec<String>,
-    /// As [`Field::struck`].
-    pub(super) struck: Option<usize>,
-    /// As [`Field::masses`].
-    pub(super) masses: Option<Vec<f64>>,
-    /// As [`Field::dispersion`].
-    pub(super) dispersion: Option<String>,
 }
 
 impl Contents {
-    /// The samples in `bytes` from `start`, described by an `.npy` header.
-    pub(super) fn from_npy(
-        header: &npy::Header,
-        bytes: Bytes,
-        start: usize,
-        layout: Layout,
-    ) -> Result<Contents, InputFault> {
-        let (n_times, n_sites) = header.field_lengths(layout)?;
-        let storage = Storage::new(bytes, header.arrangement(start, layout)?);
-        Ok(Contents::of(storage, [n_times, n_sites]))
-    }
-
-    /// As [`Contents::from_npy`], of an array of any dimensions, taken where `at` says; `coordinate` has the
-    /// values of a dimension and their unit.
-    pub(super) fn from_npy_at(
-        header: &npy::Header,
-        bytes: Bytes,
-        start: usize,
-        layout: Layout,
-        at: &[At],
-        coordinate: &mut dyn FnMut(&str) -> Option<labelled::Places>,
-    ) -> Result<Contents, InputFault> {
-        if at.is_empty() && header.shape.len() <= 2 {
-            return Contents::from_npy(header, bytes, start, layout);
-        }
-        header.check_samples()?;
-        let names = header.names(layout);
-        let dimensions = || {
-            let named = names.iter().zip(&header.shape);
-            let named: Vec<String> = named.map(|(name, len)| format!("{name}: {len}")).collect();
-            named.join(", ")
-        };
-        let variable = || "the array".to_owned();
-        let (mut fixed, mut notes) = (vec![None; names.len()], Vec::new());
-        for At { dimension, label } in at {
-            let by_name = names.iter().position(|name| name == dimension);
-            let by_number = || dimension.parse().ok().filter(|&d| d < names.len());
-            let Some(d) = by_name.or_else(by_number) else {
-                return Err(InputFault::NoSuchDimension {
-                    name: dimension.clone(),
-                    variable: variable(),
-                    dimensions: dimensions(),
-                });
-            };
-            let len = header.shape[d];
-            let listed = coordinate(&names[d]).filter(|(values, _)| values.len() as u64 == len);
-            let (index, note) = labelled::nearest(&names[d], len, listed, label)?;
-            fixed[d] = Some(index);
-            notes.extend(note);
-        }
-        let free = (0..names.len()).filter(|&d| fixed[d].is_none());
-        let (time, others): (Vec<usize>, Vec<usize>) = free.partition(|&d| names[d] == "time");
-        let long = |&d: &usize| header.shape[d] > 1;
-        let mut sites: Vec<usize> = others.iter().copied().filter(long).collect();
-        if sites.is_empty() {
-            sites.extend(others.last());
-        }
-        let [time] = time[..] else {
-            return Err(InputFault::NoTimes {
-                variable: variable(),
-                dimension: names[sites.first().copied().unwrap_or(0)].clone(),
-            });
-        };
-        if let [_, .., _] = sites[..] {
-            return Err(InputFault::FurtherDimension {
-                variable: variable(),
-                dimensions: dimensions(),
-                dimension: Box::new(DimensionName {
-                    name: names[sites[0]].clone(),
-                    len: header.shape[sites[0]],
-                    range: None,
-                }),
-            });
-        }
-        let strides = header.strides();
-        let skipped = fixed
-            .iter()
-            .zip(&strides)
-            .map(|(index, stride)| index.unwrap_or(0) * stride);
-        let start = start + skipped.sum::<u64>() as usize;
-        let size = header.sample.bytes();
-        let stride = |d: usize| strides[d] as usize;
-        let (n_times, n_sites) = (
-            header.shape[time] as usize,
-            sites.first().map_or(1, |&d| header.shape[d] as usize),
-        );
-        let across = sites.first().map_or(size, |&d| stride(d));
-        let storage = Storage::of_strides(
-            bytes,
-            (header.sample, header.order),
-            start,
-            [n_times, n_sites],
-            [stride(time) as isize, across as isize],
-        );
-        Ok(Contents {
-            notes,
-            ..Contents::of(storage, [n_times, n_sites])
-        })
-    }
-
-    /// Samples without axes.
-    pub(super) fn of(storage: Storage, [n_times, n_sites]: [usize; 2]) -> Contents {
+    /// A field with both axes.
+    pub(super) fn of(
+        field: Field,
+        [time, space]: [Listed; 2],
+        quantity: Option<Quantity>,
+    ) -> Contents {
         Contents {
-            storage,
-            n_times,
-            n_sites,
-            time: Coordinates::default(),
-            space: Coordinates::default(),
-            resampling: [None, None],
-            quantity: None,
-            unit: None,
-            notes: Vec::new(),
-            axis_names: [None, None],
-            channels: Vec::new(),
-            struck: None,
-            masses: None,
-            dispersion: None,
+            field,
+            time: time.even,
+            space: space.even,
+            resampling: [time.resampling, space.resampling],
+            quantity,
         }
     }
 
@@ -238,10 +108,12 @@ impl Contents {
     fn resampled(mut self, options: &OpenOptions) -> Result<Contents> {
         let [time, space] = &self.resampling;
         if let Some(time) = time {
-            self.storage = resampled(&self.storage, self.n_sites, time, options, true)?;
+            let field = &mut self.field;
+            field.storage = resampled(&field.storage, field.n_sites, time, options, true)?;
         }
         if let Some(space) = space {
-            self.storage = resampled(&self.storage, self.n_times, space, options, false)?;
+            let field = &mut self.field;
+            field.storage = resampled(&field.storage, field.n_times, space, options, false)?;
         }
         Ok(self)
     }
@@ -249,13 +121,14 @@ impl Contents {
     /// Adds notes on a doubtful layout and, if the file has no times, on a first site that looks
     /// like times.
     pub(super) fn note_doubts(&mut self, is_layout_known: bool) {
-        let (times, sites) = (self.n_times, self.n_sites);
+        let field = &mut self.field;
+        let (times, sites) = (field.n_times, field.n_sites);
         if !is_layout_known {
-            self.notes.extend(Note::on_shape(times, sites));
+            field.notes.extend(Note::on_shape(times, sites));
         }
         if self.time == Coordinates::default() {
-            self.notes
-                .extend(Note::on_samples(&self.storage, times, sites));
+            let doubt = Note::on_samples(&field.storage, times, sites);
+            field.notes.extend(doubt);
         }
     }
 }
@@ -302,9 +175,9 @@ impl Field {
         // The `run.toml` next to a run is its scene, and `field.toml` next to a field that this program
         // wrote that of the file it was made of: not a sidecar.
         let is_own = match format {
-            Format::Npz => npz::is_own(&bytes),
+            Format::Labelled(Labelled::Npz) => npz::own_parts(&bytes)[0],
             Format::Labelled(_) => labelled::own(Arc::clone(&bytes)).is_some(),
-            Format::Npy | Format::Table => false,
+            Format::Table => false,
         };
         let sidecar = Sidecar::find_for(path, is_own)?.map(|(_, sidecar)| sidecar);
         let source = FileSource {
@@ -314,8 +187,6 @@ impl Field {
             stated: options.over(sidecar.unwrap_or_default()),
         };
         let contents = match format {
-            Format::Npy => read_npy(&source)?,
-            Format::Npz => npz::read(&source)?,
             Format::Table => csv::read(&source)?,
             Format::Labelled(format) => labelled::read(&source, format)?,
         };
@@ -350,40 +221,30 @@ pub(super) fn completed(
     fault: &dyn Fn(InputFault) -> Error,
 ) -> Result<Field> {
     let contents = contents.resampled(options)?;
-    // Not what a sidecar states, which is written with the samples.
-    let typed = [
-        options.dt.is_some() || options.rate.is_some(),
-        options.dx.is_some(),
-    ];
+    let is_stated = [stated.dt.is_some(), stated.dx.is_some()];
     let of_file = [contents.time.step, contents.space.step];
     let is_unit_stated = [stated.time_unit.is_some(), stated.space_unit.is_some()];
-    let time = contents.time.axis(StatedAxis {
-        origin: stated.t0,
-        step: stated.dt,
-        unit: stated.time_unit,
-    });
-    let space = contents.space.axis(StatedAxis {
-        origin: stated.x0,
-        step: stated.dx,
-        unit: stated.space_unit,
-    });
+    let time = contents.time.axis([stated.t0, stated.dt], stated.time_unit);
+    let space = contents.space;
+    let space = space.axis([stated.x0, stated.dx], stated.space_unit);
     let (time, space) = (time.map_err(fault)?, space.map_err(fault)?);
-    let mut notes = contents.notes;
+    let mut field = contents.field;
+    let notes = &mut field.notes;
     for (n, (axis, found)) in [("time", &time), ("x", &space)].into_iter().enumerate() {
-        let Some(of_file) = of_file[n].filter(|_| typed[n] && !is_unit_stated[n]) else {
+        let Some(of_file) = of_file[n].filter(|_| is_stated[n] && !is_unit_stated[n]) else {
             continue;
         };
         if (of_file - found.step).abs() > SAME_STEP * found.step.abs() {
-            notes.push(Note::Replaced {
-                axis,
-                step: found.step,
-                of_file,
-                unit: found.unit.clone(),
-            });
+            let unit = spaced(&found.unit);
+            let (step, of_file) = (digits(found.step), digits(of_file));
+            let text = format!(
+                "the stated step of {axis}, {step}{unit}, takes the place of that of the file, {of_file}{unit}"
+            );
+            notes.push(Note::told("replaced", text));
         }
     }
     let quantity = stated.quantity.or(contents.quantity).unwrap_or_default();
-    let unit = stated.unit.or(contents.unit).map(|unit| quotient(&unit));
+    let unit = stated.unit.or(field.unit).map(|unit| quotient(&unit));
     notes.extend(Note::on_units(quantity, unit.as_deref(), [&time, &space]));
     let field = Field {
         name: name.to_owned(),
@@ -391,30 +252,10 @@ pub(super) fn completed(
         space,
         quantity,
         unit,
-        axis_names: contents.axis_names,
-        channels: contents.channels,
-        struck: contents.struck,
-        masses: contents.masses,
-        dispersion: stated.dispersion.or(contents.dispersion),
-        notes,
-        ..Field::of_storage(contents.storage, (contents.n_times, contents.n_sites))
+        dispersion: stated.dispersion.or(field.dispersion),
+        ..field
     };
     field.selected(&options.select)
-}
-
-fn read_npy(source: &FileSource) -> Result<Contents> {
-    let header = npy::Header::parse(&source.bytes).map_err(|fault| source.fault(fault))?;
-    source.check_at(&header)?;
-    let contents = header.check_samples().and_then(|()| {
-        header.check_len(source.bytes.len() as u64)?;
-        let bytes = Bytes::File(Arc::clone(&source.bytes));
-        let (start, layout) = (header.data_start, source.layout());
-        let at = &source.options.at;
-        let mut contents = Contents::from_npy_at(&header, bytes, start, layout, at, &mut |_| None)?;
-        contents.note_doubts(source.stated.layout.is_some());
-        Ok(contents)
-    });
-    contents.map_err(|fault| source.fault(fault))
 }
 
 /// The numbers of the header of a file that may be the position of its record: those called as positions
@@ -444,9 +285,8 @@ pub(super) fn header_numbers(
         stated: Sidecar::default(),
     };
     let mut numbers = match format {
-        Format::Labelled(format) => labelled::positions(&source, format, asked)?,
-        Format::Npz => npz::positions(&source, asked)?,
-        Format::Npy | Format::Table => Vec::new(),
+        Format::Labelled(format) => labelled::Arrays::open(&source, format)?.positions(asked)?,
+        Format::Table => Vec::new(),
     };
     numbers.extend(x0.filter(|_| asked.is_none_or(|asked| asked == "x0")));
     Ok(numbers)
@@ -465,7 +305,7 @@ pub fn is_run_file(path: &Path) -> Result<bool> {
 /// # Errors
 /// [`Error::Read`].
 pub(crate) fn is_run_archive(path: &Path) -> Result<bool> {
-    is_at(path, npz::is_run)
+    is_at(path, |bytes| npz::own_parts(bytes) == [true, true])
 }
 
 /// Whether the file at `path` is a field written by this program.
@@ -473,7 +313,7 @@ pub(crate) fn is_run_archive(path: &Path) -> Result<bool> {
 /// # Errors
 /// [`Error::Read`].
 pub(crate) fn is_field_file(path: &Path) -> Result<bool> {
-    is_at(path, npz::is_field)
+    is_at(path, |bytes| npz::own_parts(bytes) == [true, false])
 }
 
 /// What a NetCDF file that this program wrote states as its schema, and whether it is a run.
@@ -530,42 +370,32 @@ pub fn file_hash(path: &Path) -> Result<String> {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Format {
-    Npy,
-    Npz,
     Table,
     /// Of named arrays.
-    Labelled(wavecascade_formats::Format),
+    Labelled(Labelled),
 }
 
 impl Format {
     /// Checks that every option applies to the format.
     fn check(&self, path: &Path, options: &OpenOptions) -> Result<()> {
         let is_table = matches!(self, Format::Table);
-        let has_dimensions = matches!(self, Format::Labelled(_));
-        let has_arrays = has_dimensions || matches!(self, Format::Npz);
+        let is_array = matches!(self, Format::Labelled(Labelled::Npy));
         let has_header = options.header != Header::Detect;
         let has_column = options.time_column != TimeColumn::Detect;
+        let has_dimension = [&options.time_dim, &options.space_dim].map(Option::is_some);
         let arrays = "a file of several arrays";
-        let dimensions = "a file of arrays with named dimensions";
+        let (dimensions, table) = ("a file of arrays with dimensions", "a table of text");
         let useless = [
             (
                 "variable",
-                options.variable.is_some() && !has_arrays,
+                options.variable.is_some() && (is_table || is_array),
                 arrays,
             ),
-            (
-                "time-dim",
-                options.time_dim.is_some() && !has_dimensions,
-                dimensions,
-            ),
-            (
-                "space-dim",
-                options.space_dim.is_some() && !has_dimensions,
-                dimensions,
-            ),
+            ("time-dim", has_dimension[0] && is_table, dimensions),
+            ("space-dim", has_dimension[1] && is_table, dimensions),
             ("at", !options.at.is_empty() && is_table, dimensions),
-            ("header", has_header && !is_table, "a table of text"),
-            ("time-column", has_column && !is_table, "a table of text"),
+            ("header", has_header && !is_table, table),
+            ("time-column", has_column && !is_table, table),
         ];
         match useless.into_iter().find(|(_, is_useless, _)| *is_useless) {
             None => Ok(()),
@@ -579,8 +409,6 @@ impl Format {
 
     pub(super) fn name(&self) -> String {
         match self {
-            Format::Npy => "an array (.npy)".into(),
-            Format::Npz => "an archive (.npz)".into(),
             Format::Table => "a table of text".into(),
             Format::Labelled(format) => format.to_string(),
         }
@@ -589,30 +417,42 @@ impl Format {
     /// Detects the format from the magic bytes, else from the extension.
     pub(super) fn detect(path: &Path, bytes: &[u8]) -> Result<Format, InputFault> {
         if bytes.starts_with(npy::MAGIC) {
-            return Ok(Format::Npy);
+            return Ok(Format::Labelled(Labelled::Npy));
         }
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         let extension = extension.to_string_lossy();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         // Numbers of a table may look like the header of a text format.
         let is_table = matches!(extension.as_ref(), "csv" | "tsv");
-        let labelled = wavecascade_formats::Format::detect(&name, bytes);
+        let labelled = Labelled::detect(&name, bytes);
         if let Some(format) = labelled.filter(|_| !is_table) {
             return Ok(Format::Labelled(format));
         }
-        if let Some(format) = ForeignFormat::detect(&extension, bytes) {
+        // What a text is called says nothing of what it is.
+        let (name, called) = match is_text(bytes) {
+            true => ("", "text with the extension"),
+            false => (extension.as_ref(), "the extension"),
+        };
+        if let Some(format) = ForeignFormat::detect(name, bytes) {
             return Err(InputFault::ForeignFormat { format });
         }
         if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
-            return Ok(Format::Npz);
+            return Ok(Format::Labelled(Labelled::Npz));
         }
         match extension.as_ref() {
-            "npy" => Ok(Format::Npy),
-            "npz" => Ok(Format::Npz),
+            "npy" => Ok(Format::Labelled(Labelled::Npy)),
+            "npz" => Ok(Format::Labelled(Labelled::Npz)),
             "csv" | "tsv" | "txt" => Ok(Format::Table),
             other => Err(InputFault::UnknownFormat {
-                found: format!("the extension {other:?}"),
+                found: format!("{called} {other:?}"),
             }),
         }
     }
+}
+
+/// Whether the first bytes are those of a text.
+fn is_text(bytes: &[u8]) -> bool {
+    let first = &bytes[..bytes.len().min(1024)];
+    let is_cut = |fault: std::str::Utf8Error| fault.error_len().is_none();
+    !first.contains(&0) && str::from_utf8(first).map_or_else(is_cut, |_| true)
 }

@@ -269,11 +269,11 @@ impl OpenOptions {
     }
 
     pub(super) fn check(&self) -> Result<()> {
-        above_zero("dt", self.dt)?;
-        above_zero("rate", self.rate)?;
-        above_zero("dx", self.dx)?;
-        finite("t0", self.t0)?;
-        finite("x0", self.x0)?;
+        check("dt", self.dt, true)?;
+        check("rate", self.rate, true)?;
+        check("dx", self.dx, true)?;
+        check("t0", self.t0, false)?;
+        check("x0", self.x0, false)?;
         if !(0.0..=0.5).contains(&self.jitter) {
             let expected = "a share of a step from 0 to 0.5";
             return Err(Error::request("jitter", expected, self.jitter));
@@ -289,22 +289,19 @@ impl OpenOptions {
     }
 }
 
-fn above_zero<D: Dimension>(option: &'static str, stated: Option<Measure<D>>) -> Result<()> {
-    match stated {
-        Some(step) if !(step.value.is_finite() && step.value > 0.0) => Err(Error::request(
-            option,
-            "a finite number above 0",
-            step.value,
-        )),
-        _ => Ok(()),
-    }
-}
-
-fn finite<D: Dimension>(option: &'static str, stated: Option<Measure<D>>) -> Result<()> {
-    match stated {
-        Some(origin) if !origin.value.is_finite() => {
-            Err(Error::request(option, "a finite number", origin.value))
-        }
-        _ => Ok(()),
+/// That a stated number is finite, and a step above 0.
+fn check<D: Dimension>(
+    option: &'static str,
+    stated: Option<Measure<D>>,
+    is_step: bool,
+) -> Result<()> {
+    let expected = match is_step {
+        true => "a finite number above 0",
+        false => "a finite number",
+    };
+    let is_fit = |value: f64| value.is_finite() && (value > 0.0 || !is_step);
+    match stated.filter(|stated| !is_fit(stated.value)) {
+        Some(unfit) => Err(Error::request(option, expected, unfit.value)),
+        None => Ok(()),
     }
 }

@@ -1,13 +1,16 @@
 //! What stands before the rows of a table: settings of an oscilloscope or a logger, names of the columns,
 //! their units.
 
+use std::borrow::Cow;
+
 use csv::ByteRecord;
 
 use super::csv::{excerpt, number};
 use super::labelled::quantity;
-use super::names;
+use super::meaning::{Meaning, Said, Statement, Statements, enclosed, known_as};
+use super::rows::with_point;
 use crate::error::InputFault;
-use crate::measure::{Frequency, Measure, Time, symbol};
+use crate::measure::{Frequency, Time, symbol};
 
 /// Rows before those of numbers.
 const MOST_ROWS: usize = 1000;
@@ -24,10 +27,8 @@ pub(super) struct Preamble {
     pub(super) names: Option<ByteRecord>,
     /// Units of the columns, from a row of their own; empty where there is none.
     pub(super) units: Vec<String>,
-    step: Option<Measure<Time>>,
-    origin: Option<Measure<Time>>,
-    /// Of times that state none.
-    horizontal_unit: Option<String>,
+    /// Its settings.
+    pub(super) statements: Statements,
     /// Of the samples of each channel.
     pub(super) channel_units: Vec<String>,
 }
@@ -48,6 +49,7 @@ impl Preamble {
     /// The place of a row that is none of these, and its first cell.
     pub(super) fn of(mut rows: Vec<ByteRecord>, first: &ByteRecord) -> Result<Preamble, usize> {
         let mut found = Preamble::default();
+        found.statements.are_settings = true;
         let width = length(first, |_| false);
         let mut named = rows.len() - 1;
         while named > 0 {
@@ -72,7 +74,8 @@ impl Preamble {
             let holds_number = row
                 .iter()
                 .any(|cell| number(cell).is_some_and(f64::is_finite));
-            let begins_with_time = names::table_time(&cells.clone().next().unwrap_or_default());
+            let begins_with_time =
+                known_as(&cells.clone().next().unwrap_or_default(), Meaning::Time);
             let is_damaged = named > 0 && holds_number && found.units.is_empty();
             if is_damaged && begins_with_time.is_none() {
                 return Err(named);
@@ -90,22 +93,22 @@ impl Preamble {
         Ok(found)
     }
 
+    /// The unit of a column in the row of units.
+    pub(super) fn unit(&self, column: usize) -> Option<&String> {
+        self.units.get(column).filter(|unit| !unit.is_empty())
+    }
+
     /// Of settings in the first cells of rows of numbers, as older oscilloscopes of Tektronix write them.
     pub(super) fn beside(text: &[u8]) -> Preamble {
         let mut found = Preamble::default();
+        found.statements.are_settings = true;
         let mut channels = Vec::new();
         for line in text.split(|&byte| byte == b'\n').take(MOST_ROWS) {
-            let cells: Vec<&[u8]> = line.split(|&byte| byte == b',').collect();
-            let cells = &cells[..cells.len().min(SETTING_CELLS)];
-            if cells.iter().all(|cell| cell.trim_ascii().is_empty()) {
-                continue;
-            }
-            let cells: Vec<&[u8]> = cells
-                .iter()
-                .map(|cell| cell.trim_ascii())
-                .map(|cell| cell.strip_prefix(b"\"").unwrap_or(cell))
-                .map(|cell| cell.strip_suffix(b"\"").unwrap_or(cell))
-                .collect();
+            let cells = line.split(|&byte| byte == b',').take(SETTING_CELLS);
+            let cells = cells.map(<[u8]>::trim_ascii);
+            let cells = cells.map(|cell| cell.strip_prefix(b"\"").unwrap_or(cell));
+            let cells = cells.map(|cell| cell.strip_suffix(b"\"").unwrap_or(cell));
+            let cells: Vec<&[u8]> = cells.collect();
             if cells[0].eq_ignore_ascii_case(b"source") {
                 channels.extend(cells.get(1).map(|name| excerpt(name)));
             }
@@ -133,132 +136,53 @@ impl Preamble {
         let mut cells = row.iter().map(excerpt);
         let name = cells.next().unwrap_or_default();
         let values: Vec<String> = cells.filter(|cell| !cell.is_empty()).collect();
-        let name = name.trim_end_matches(':').trim().to_lowercase();
-        let (name, own) = match name.split_once('(') {
-            Some((name, unit)) => (name, Some(unit.trim_end_matches(')'))),
-            None => (&*name, None),
-        };
-        let name = name.split_whitespace().collect::<String>();
         let Some(value) = values.first() else {
             return false;
         };
-        match name.as_str() {
-            "verticalunits" | "verticalunit" | "yunits" | "yunit" | "vunit" => {
+        match self.statements.has(&name, Meaning::Unit) {
+            true => {
                 self.channel_units = values.iter().map(|unit| unit_of(unit)).collect();
                 true
             }
-            "horizontalunits" | "horizontalunit" | "xunits" | "xunit" | "hunit" => {
-                self.horizontal_unit = Some(unit_of(value));
-                true
-            }
-            name => self.set(name, value, own.or(values.get(1).map(String::as_str))),
+            false => self.set(&name, value, values.get(1).map(String::as_str)),
         }
     }
 
     /// Takes `tInc = 1e-6` of a cell.
     fn set_by_equation(&mut self, cell: &str) {
-        let Some((name, value)) = cell.split_once('=') else {
-            return;
-        };
-        let name = name.trim().to_lowercase();
-        // Those oscilloscopes count in seconds.
-        let unit = (name == "tinc").then_some("s");
-        self.set(&name, value.trim(), unit);
+        if let Some((name, value)) = cell.split_once('=') {
+            // Those oscilloscopes count in seconds.
+            let unit = name.trim().eq_ignore_ascii_case("tinc").then_some("s");
+            self.set(name.trim(), value.trim(), unit);
+        }
     }
 
     /// Takes the columns `Start` and `Increment`, whose values stand in the row of units.
     fn set_by_columns(&mut self, names: &ByteRecord, values: &ByteRecord) {
-        for (name, value) in names.iter().zip(values) {
-            let name = excerpt(name).to_lowercase();
-            if matches!(name.as_str(), "start" | "increment") {
+        for (name, value) in names.iter().map(excerpt).zip(values) {
+            if matches!(name.to_lowercase().as_str(), "start" | "increment") {
                 self.set(&name, &excerpt(value), Some("s"));
             }
         }
     }
 
-    /// Takes a setting that is a number with its unit, its own or the one that stands beside it; a name without blanks.
-    fn set(&mut self, name: &str, value: &str, beside: Option<&str>) -> bool {
-        let joined = |unit: &str| format!("{value} {}", unit_of(unit));
-        let time = || {
-            let with_unit = beside.and_then(|unit| Measure::<Time>::parse(&joined(unit)));
-            with_unit.or_else(|| Measure::read(value).ok())
-        };
-        match name {
-            "sampleinterval" | "samplinginterval" | "sampleperiod" | "samplingperiod"
-            | "horizontalinterval" | "timeinterval" | "xinc" | "xincrement" | "increment"
-            | "tinc" | "deltat" | "dt" | "hresolution" => {
-                let step = time().filter(|step| step.value > 0.0);
-                self.step = step.or(self.step);
-                step.is_some()
-            }
-            "samplerate" | "samplingrate" | "samplefrequency" | "samplingfrequency" | "fs" => {
-                // Samples in a second are hertz.
-                let in_hertz = |text: &str| {
-                    text.to_lowercase()
-                        .replace("sa/s", "hz")
-                        .replace("s/s", "hz")
-                };
-                let unit_beside = beside.map(|unit| in_hertz(&joined(unit)));
-                let texts = [
-                    unit_beside,
-                    Some(in_hertz(value)),
-                    Some(format!("{value} Hz")),
-                ];
-                let rates = texts.iter().flatten().map(|text| any_case(text));
-                let rate = rates.flatten().find(|rate| rate.value > 0.0);
-                self.step = rate.map(Measure::period).or(self.step);
-                rate.is_some()
-            }
-            "xorg" | "xorigin" | "start" | "t0" | "hoffset" => {
-                let origin = time();
-                self.origin = origin.or(self.origin);
-                origin.is_some()
-            }
-            _ => false,
-        }
+    /// Takes a setting with the unit that stands beside it; whether it is one that is known.
+    fn set(&mut self, name: &str, value: &str, unit: Option<&str>) -> bool {
+        self.statements.take(Statement {
+            name: name.to_owned(),
+            place: name.to_owned(),
+            value: Said::Text(unit_of(value)),
+            unit: unit.map(unit_of),
+        })
     }
-
-    /// The step between samples, in [`Preamble::time_unit`].
-    pub(super) fn step(&self) -> Option<f64> {
-        self.step.map(|step| self.in_time_unit(step))
-    }
-
-    /// The first time, in [`Preamble::time_unit`].
-    pub(super) fn origin(&self) -> Option<f64> {
-        self.origin.map(|origin| self.in_time_unit(origin))
-    }
-
-    /// That of the horizontal axis, or else seconds where step or first time state a unit.
-    pub(super) fn time_unit(&self) -> Option<&str> {
-        let mut stated = [self.step, self.origin].into_iter().flatten();
-        let has_unit = stated.any(|measure| measure.has_unit);
-        self.horizontal_unit.as_deref().or(has_unit.then_some("s"))
-    }
-
-    fn in_time_unit(&self, of: Measure<Time>) -> f64 {
-        let unit = self.time_unit().unwrap_or("s");
-        of.in_unit(unit).unwrap_or(of.value)
-    }
-}
-
-/// A frequency, whatever the case of its unit.
-fn any_case(text: &str) -> Option<Measure<Frequency>> {
-    let cased = [("ghz", "GHz"), ("mhz", "MHz"), ("khz", "kHz"), ("hz", "Hz")];
-    let text = text.to_lowercase();
-    cased.into_iter().find_map(|(unit, known)| {
-        let number = text.strip_suffix(unit)?;
-        Measure::parse(&format!("{number}{known}"))
-    })
 }
 
 /// Cells as far as one holds something that is no setting of its own.
 pub(super) fn length(row: &ByteRecord, is_setting: fn(&[u8]) -> bool) -> usize {
     let is_content = |cell: &[u8]| !cell.trim_ascii().is_empty() && !is_setting(cell);
-    let cells: Vec<bool> = row.iter().map(is_content).collect();
-    cells
-        .iter()
-        .rposition(|is_content| *is_content)
-        .map_or(0, |last| last + 1)
+    let cells: Vec<&[u8]> = row.iter().collect();
+    let last = cells.iter().rposition(|&cell| is_content(cell));
+    last.map_or(0, |last| last + 1)
 }
 
 /// Whether a cell of a row of names is no name, but `tInc = 1e-6`, or heads a column of one value.
@@ -280,7 +204,7 @@ fn is_row_of_units(row: &ByteRecord, width: usize) -> bool {
         None => {
             let text = excerpt(cell);
             let unit = unit_of(&text);
-            names::enclosed(&text).is_some()
+            enclosed(&text).is_some()
                 || is_unit(&unit)
                 || matches!(
                     unit.to_lowercase().as_str(),
@@ -306,7 +230,7 @@ fn unit_in(cell: &[u8]) -> String {
 
 /// A unit as a symbol, without its brackets.
 pub(super) fn unit_of(text: &str) -> String {
-    let bare = names::enclosed(text).unwrap_or(text).trim();
+    let bare = enclosed(text).unwrap_or(text).trim();
     let lower = bare.to_lowercase();
     match lower.as_str() {
         "volt" | "volts" => "V".into(),
@@ -331,10 +255,14 @@ pub(super) fn check_commas(text: &[u8]) -> Result<(), InputFault> {
         (is_whole && number(cell).is_some()).then(|| digits.to_vec())
     };
     for (line, text) in (1..).zip(text.split(|&byte| byte == b'\n')) {
-        let cells: Vec<&[u8]> = text
-            .split(|&byte| byte == b',')
-            .map(<[u8]>::trim_ascii)
-            .collect();
+        let quoted = text.split(|&byte| byte == b'"').skip(1).step_by(2);
+        let mut with_comma = quoted.filter(|cell| matches!(with_point(cell), Cow::Owned(_)));
+        if let Some(cell) = with_comma.next() {
+            let found = excerpt(cell);
+            return Err(InputFault::DecimalCommas { line, found });
+        }
+        let cells = text.split(|&byte| byte == b',');
+        let cells: Vec<&[u8]> = cells.map(<[u8]>::trim_ascii).collect();
         let all: Option<Vec<Vec<u8>>> = cells.iter().map(|cell| digits(cell)).collect();
         let is_padded = |digits: &Vec<u8>| digits.len() > 1 && digits[0] == b'0';
         let padded = all.iter().flatten().skip(1).position(is_padded);

@@ -7,6 +7,7 @@ use csv::{ByteRecord, ReaderBuilder};
 
 use super::open::FileSource;
 use super::preamble::check_commas;
+use super::stamp::Stamp;
 use crate::error::InputFault;
 
 /// Bytes of one row, line ends in quotes included.
@@ -46,10 +47,8 @@ impl<'a> RowReader<'a> {
         } else {
             0
         };
-        let is_tsv = source
-            .path
-            .extension()
-            .is_some_and(|extension| extension == "tsv");
+        let extension = source.path.extension();
+        let is_tsv = extension.is_some_and(|extension| extension == "tsv");
         let dialect = detect(&sample[start..], is_tsv);
         let delimiter = dialect.delimiter;
         if delimiter == b',' {
@@ -147,24 +146,24 @@ fn detect(sample: &[u8], is_tsv: bool) -> Dialect {
         let is_it = |delimiter: &&u8| cells(line, **delimiter).is_some_and(|n| n > 1);
         choices.iter().find(is_it)
     });
+    let second = lines.iter().take(2).next_back();
     let contained = || {
-        let line = lines
+        b";,\t "
             .iter()
-            .take(2)
-            .next_back()
-            .copied()
-            .unwrap_or_default();
-        b";,\t ".iter().find(|delimiter| line.contains(delimiter))
+            .find(|delimiter| second.is_some_and(|line| line.contains(delimiter)))
     };
     let delimiter = match is_tsv {
         true => b'\t',
         false => told.or_else(contained).copied().unwrap_or(b','),
     };
-    let mut numbers = last().filter(|line| cells(line, delimiter).is_some());
+    let numbers = last().filter(|line| cells(line, delimiter).is_some());
     let has_commas = delimiter != b',' && numbers.clone().any(|line| line.contains(&b','));
+    // Points within dates are none of numbers.
+    let has_point = |cell: &[u8]| super::csv::number(cell).is_some() && cell.contains(&b'.');
+    let mut cells = numbers.flat_map(|line| line.split(|&byte| byte == delimiter));
     Dialect {
         delimiter,
-        has_decimal_commas: has_commas && !numbers.any(|line| line.contains(&b'.')),
+        has_decimal_commas: has_commas && !cells.any(has_point),
     }
 }
 
@@ -185,13 +184,15 @@ fn cells(line: &[u8], delimiter: u8) -> Option<usize> {
         }
         count += 1;
         filled += usize::from(!cell.is_empty());
-        super::csv::number(&cell)?;
+        super::csv::number(&cell)
+            .map(|_| ())
+            .or(Stamp::parse(&cell).map(|_| ()))?;
     }
     (filled > 0).then_some(count)
 }
 
 /// A number whose decimal sign is a comma, with a point; other cells as they are.
-fn with_point(cell: &[u8]) -> Cow<'_, [u8]> {
+pub(super) fn with_point(cell: &[u8]) -> Cow<'_, [u8]> {
     let is_part = |byte: &u8| byte.is_ascii_digit() || b"+-eE, ".contains(byte);
     let commas = cell.iter().filter(|&&byte| byte == b',').count();
     match commas == 1 && cell.iter().all(is_part) {

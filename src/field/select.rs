@@ -68,10 +68,8 @@ fn range(
         }
     };
     let from = selection.from.as_ref().map_or(Ok(0.0), place)?;
-    let to = selection
-        .to
-        .as_ref()
-        .map_or(Ok(count as f64 - 1.0), place)?;
+    let to = selection.to.as_ref();
+    let to = to.map_or(Ok(count as f64 - 1.0), place)?;
     let first = (from - SLACK).ceil().max(0.0);
     let last = (to + SLACK).floor().min(count as f64 - 1.0);
     // Ends that are not numbers compare as false.

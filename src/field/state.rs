@@ -116,45 +116,30 @@ mod tests {
         std::fs::write(&other, "12345").unwrap();
         let state = FileState::at(&path).unwrap();
         state.check().unwrap();
-        let said = || state.check().unwrap_err().to_string();
         let changed = |change: &str| {
-            let path = path.display();
-            format!("{path} was changed or replaced while it was read: expected {change}")
+            let (path, said) = (path.display(), state.check().unwrap_err().to_string());
+            let expected = "was changed or replaced while it was read: expected";
+            assert_eq!(said, format!("{path} {expected} {change}"));
         };
-
         let file = File::options().write(true).open(&path).unwrap();
-        let before = state.modified.unwrap();
-        let since = "no modification since it was opened, found one";
-        file.set_modified(before + Duration::from_millis(2500))
-            .unwrap();
-        assert_eq!(
-            said(),
-            changed(&format!("{since} 2.500s after the last before"))
-        );
-        file.set_modified(before - Duration::from_millis(2500))
-            .unwrap();
-        assert_eq!(
-            said(),
-            changed(&format!("{since} dated 2.500s before the last one"))
-        );
+        let (before, later) = (state.modified.unwrap(), Duration::from_millis(2500));
+        file.set_modified(before + later).unwrap();
+        changed("no modification since it was opened, found one 2.500s after the last before");
+        file.set_modified(before - later).unwrap();
+        changed("no modification since it was opened, found one dated 2.500s before the last one");
         #[cfg(unix)]
         {
             // Overwritten in place, with the time of modification set back.
             use std::os::unix::fs::FileExt;
             file.write_all_at(b"54321", 0).unwrap();
             file.set_modified(before).unwrap();
-            let kept =
-                "no change since it was opened, found one that kept the time of modification";
-            assert_eq!(said(), changed(kept));
+            changed("no change since it was opened, found one that kept the time of modification");
         }
         file.set_len(3).unwrap();
-        assert_eq!(said(), changed("5 bytes, found 3"));
+        changed("5 bytes, found 3");
         std::fs::rename(&other, &path).unwrap();
         #[cfg(unix)]
-        assert_eq!(
-            said(),
-            changed("the file that was opened, found another in its place")
-        );
+        changed("the file that was opened, found another in its place");
         std::fs::remove_file(&path).unwrap();
         assert!(matches!(state.check(), Err(Error::Read { .. })));
     }

@@ -87,40 +87,99 @@ impl Arrangement {
     }
 }
 
+/// A number for all samples, or one for each time or site.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Factor {
+    One(f64),
+    Times(Vec<f64>),
+    Sites(Vec<f64>),
+}
+
+impl Factor {
+    fn at(&self, time: usize, site: usize) -> f64 {
+        match self {
+            Factor::One(number) => *number,
+            Factor::Times(numbers) => numbers[time],
+            Factor::Sites(numbers) => numbers[site],
+        }
+    }
+
+    /// That of the part that begins at this time and site.
+    fn from(&self, time: usize, site: usize) -> Factor {
+        match self {
+            Factor::One(number) => Factor::One(*number),
+            Factor::Times(numbers) => Factor::Times(numbers[time..].to_vec()),
+            Factor::Sites(numbers) => Factor::Sites(numbers[site..].to_vec()),
+        }
+    }
+
+    fn transposed(&self) -> Factor {
+        match self.clone() {
+            Factor::Times(numbers) => Factor::Sites(numbers),
+            Factor::Sites(numbers) => Factor::Times(numbers),
+            one => one,
+        }
+    }
+}
+
 /// How stored numbers stand for samples: `scale * number + offset`, or a gap.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Packing {
-    pub(crate) scale: f64,
-    pub(crate) offset: f64,
+    pub(crate) scale: Factor,
+    pub(crate) offset: Factor,
     /// Numbers that stand for gaps, which are read as NaN.
     pub(crate) gaps: Vec<f64>,
+    /// The least and the largest number that is no gap.
+    pub(crate) valid: Option<[f64; 2]>,
 }
 
 impl Packing {
-    /// The packing, if it changes anything.
-    pub(crate) fn new(scale: f64, offset: f64, gaps: Vec<f64>) -> Option<Packing> {
-        let is_plain = scale == 1.0 && offset == 0.0 && gaps.is_empty();
-        (!is_plain).then_some(Packing {
-            scale,
-            offset,
-            gaps,
-        })
+    fn is_scaled(&self) -> bool {
+        (&self.scale, &self.offset) != (&Factor::One(1.0), &Factor::One(0.0))
     }
 
-    /// Puts samples in place of the numbers that stand for them. Each pass is free of branches, over a part that stays in L1.
-    fn unpack(&self, numbers: &mut [f64]) {
+    fn is_plain(&self) -> bool {
+        !self.is_scaled() && self.gaps.is_empty() && self.valid.is_none()
+    }
+
+    /// Puts samples in place of the numbers of a block that stand for them. Each pass is free of branches, over a part
+    /// that stays in L1.
+    fn unpack(
+        &self,
+        numbers: &mut [f64],
+        times: Range<usize>,
+        sites: Range<usize>,
+        site_major: bool,
+    ) {
         const PART: usize = 1024;
-        let is_scaled = self.scale != 1.0 || self.offset != 0.0;
         for part in numbers.chunks_mut(PART) {
             for &gap in &self.gaps {
                 for number in &mut *part {
                     *number = if *number == gap { f64::NAN } else { *number };
                 }
             }
-            if is_scaled {
-                for number in part {
-                    *number = self.scale * *number + self.offset;
+            if let Some([least, most]) = self.valid {
+                for number in &mut *part {
+                    let is_valid = *number >= least && *number <= most;
+                    *number = if is_valid { *number } else { f64::NAN };
                 }
+            }
+            if let (Factor::One(scale), Factor::One(offset), true) =
+                (&self.scale, &self.offset, self.is_scaled())
+            {
+                for number in part {
+                    *number = scale * *number + offset;
+                }
+            }
+        }
+        if let (Factor::One(_), Factor::One(_)) = (&self.scale, &self.offset) {
+            return;
+        }
+        let (rows, columns) = by_rows(!site_major, times, sites);
+        for (row, numbers) in rows.zip(numbers.chunks_mut(columns.len())) {
+            for (column, number) in columns.clone().zip(numbers) {
+                let (time, site) = by_rows(!site_major, row, column);
+                *number = self.scale.at(time, site) * *number + self.offset.at(time, site);
             }
         }
     }
@@ -173,27 +232,22 @@ impl Storage {
     }
 
     /// The same with numbers that stand for others.
-    pub(crate) fn packed(self, packing: Option<Packing>) -> Self {
+    pub(crate) fn packed(self, packing: Packing) -> Self {
         Storage {
-            packing: packing.map(Arc::new),
+            packing: (!packing.is_plain()).then(|| Arc::new(packing)),
             ..self
         }
     }
 
     /// The part of the storage that begins at this time and site.
     pub(crate) fn from(mut self, time: usize, site: usize) -> Self {
-        let Arrangement {
-            sample,
-            row_len,
-            rows_are_times,
-            ..
-        } = self.arrangement;
-        let (row, column) = by_rows(rows_are_times, time, site);
+        let at = self.arrangement;
+        let (row, column) = by_rows(at.rows_are_times, time, site);
         self.arrangement.start = match self.strides {
-            Some(strides) => offset(self.arrangement.start, strides, time, site),
-            None => self.arrangement.start + (row * row_len + column) * sample.bytes(),
+            Some(strides) => offset(at.start, strides, time, site),
+            None => at.start + (row * at.row_len + column) * at.sample.bytes(),
         };
-        self
+        self.with_factors(|factor| factor.from(time, site))
     }
 
     /// `values` in rows of `row_len`.
@@ -236,7 +290,19 @@ impl Storage {
     pub(crate) fn transposed(&self) -> Storage {
         let mut storage = self.clone();
         storage.arrangement.rows_are_times ^= true;
-        storage
+        storage.strides = storage.strides.map(|[time, site]| [site, time]);
+        storage.with_factors(Factor::transposed)
+    }
+
+    fn with_factors(self, of: impl Fn(&Factor) -> Factor) -> Storage {
+        let packing = self.packing.map(|packing| {
+            Arc::new(Packing {
+                scale: of(&packing.scale),
+                offset: of(&packing.offset),
+                ..(*packing).clone()
+            })
+        });
+        Storage { packing, ..self }
     }
 
     /// Whether a row holds the sites of one time.
@@ -252,19 +318,19 @@ impl Storage {
     /// Whether every sample is a number in single precision.
     pub(crate) fn is_single(&self) -> bool {
         use SampleType::{Bool, F16, F32, I8, I16, U8, U16};
-        let is_scaled = |packing: &Arc<Packing>| packing.scale != 1.0 || packing.offset != 0.0;
         let is_short = matches!(
             self.arrangement.sample,
             F32 | F16 | I8 | I16 | U8 | U16 | Bool
         );
-        is_short && !self.packing.as_ref().is_some_and(is_scaled)
+        let packing = self.packing.as_ref();
+        is_short && !packing.is_some_and(|packing| packing.is_scaled())
     }
 
     /// The bytes of the file, if the samples are read from them.
     pub(crate) fn file(&self) -> Option<&FileBytes> {
         match &self.bytes {
             Bytes::File(bytes) => Some(bytes),
-            Bytes::Spilled(_) | Bytes::Inflated(_) | Bytes::Values(_) | Bytes::Shared(_) => None,
+            _ => None,
         }
     }
 
@@ -272,7 +338,7 @@ impl Storage {
     pub(crate) fn mapped(&self) -> Option<&FileBytes> {
         match &self.bytes {
             Bytes::File(bytes) | Bytes::Spilled(bytes) => Some(bytes),
-            Bytes::Inflated(_) | Bytes::Values(_) | Bytes::Shared(_) => None,
+            _ => None,
         }
     }
 
@@ -288,18 +354,13 @@ impl Storage {
     /// All rows in order without conversion, if they are aligned `f64` in native byte order, each of
     /// `row_len` samples with nothing between them.
     pub(crate) fn numbers(&self, row_len: usize) -> Option<&[f64]> {
-        let Arrangement {
-            sample,
-            order,
-            start,
-            ..
-        } = self.arrangement;
-        let is_native = sample == SampleType::F64 && order == ByteOrder::NATIVE;
-        let is_in_rows = self.strides.is_none() && self.arrangement.row_len == row_len;
+        let at = self.arrangement;
+        let is_native = at.sample == SampleType::F64 && at.order == ByteOrder::NATIVE;
+        let is_in_rows = self.strides.is_none() && at.row_len == row_len;
         if !is_native || self.packing.is_some() || !is_in_rows {
             return None;
         }
-        let bytes = &self.bytes.as_slice()[start..];
+        let bytes = &self.bytes.as_slice()[at.start..];
         bytemuck::try_cast_slice(&bytes[..bytes.len() / 8 * 8]).ok()
     }
 
@@ -321,7 +382,7 @@ impl Storage {
             row_len,
             rows_are_times,
         } = self.arrangement;
-        let (rows, columns) = by_rows(rows_are_times, times, sites);
+        let (rows, columns) = by_rows(rows_are_times, times.clone(), sites.clone());
         if rows.is_empty() || columns.is_empty() {
             return;
         }
@@ -381,7 +442,7 @@ impl Storage {
             SampleType::IbmF32 => decode!(u32, ibm_to_f64),
         }
         if let Some(packing) = &self.packing {
-            packing.unpack(out);
+            packing.unpack(out, times, sites, site_major);
         }
     }
 
@@ -395,17 +456,12 @@ impl Storage {
     /// Has the system read the samples of a block, row by row. A fault on a page would read as much again
     /// around it, of which short pieces of rows use little.
     pub(crate) fn fetch_block(&self, times: Range<usize>, sites: Range<usize>) {
-        let Arrangement {
-            sample,
-            start,
-            row_len,
-            rows_are_times,
-            ..
-        } = self.arrangement;
-        let (rows, columns) = by_rows(rows_are_times, times, sites);
+        let Arrangement { start, row_len, .. } = self.arrangement;
+        let (rows, columns) = by_rows(self.rows_are_times(), times, sites);
+        let size = self.arrangement.sample.bytes();
         if let Some(bytes) = self.mapped() {
             for row in rows {
-                let at = |column: usize| start + (row * row_len + column) * sample.bytes();
+                let at = |column: usize| start + (row * row_len + column) * size;
                 bytes.fetch(at(columns.start)..at(columns.end));
             }
         }
@@ -414,15 +470,9 @@ impl Storage {
     /// As [`Storage::release_pages`], for the whole rows of a block and the pages mapped around
     /// them.
     pub(crate) fn release_block(&self, times: Range<usize>, sites: Range<usize>) {
-        let Arrangement {
-            sample,
-            start,
-            row_len,
-            rows_are_times,
-            ..
-        } = self.arrangement;
-        let rows = if rows_are_times { times } else { sites };
-        let row = row_len * sample.bytes();
+        let Arrangement { start, row_len, .. } = self.arrangement;
+        let (rows, _) = by_rows(self.rows_are_times(), times, sites);
+        let row = row_len * self.arrangement.sample.bytes();
         if let Some(bytes) = self.mapped() {
             let from = start + rows.start * row;
             let end = start + rows.end * row + MAPPED_AROUND;

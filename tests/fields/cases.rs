@@ -34,6 +34,26 @@ fn val_case_clocks() {
         assert!((step * 60.0 - 1.0).abs() < 1e-5, "{step}");
         assert_eq!(field.time.unit.as_deref(), Some("h"));
     }
+    for (name, step) in [
+        ("timestamp.csv", 1e-3),
+        ("epoch_ns.h5", 1e-3),
+        ("Seconds.h5", 1e-3),
+    ] {
+        let Some(field) = case(name) else { continue };
+        assert_eq!(
+            (field.time.step, field.time.unit.as_deref()),
+            (step, Some("s")),
+            "{name}"
+        );
+    }
+    if let Some(field) = case("unit_of_coordinates.h5") {
+        let axes = [&field.time, &field.space].map(|axis| (axis.step, axis.unit.as_deref()));
+        assert_eq!(axes, [(1.0, Some("ms")), (50.0, Some("mm"))]);
+    }
+    if let Some(field) = case("valid_range.nc") {
+        let gaps = values(&field).iter().filter(|v| v.is_nan()).count();
+        assert_eq!(gaps, 5);
+    }
 }
 
 fn beside(name: &str) -> Field {

@@ -46,7 +46,7 @@ fn a_pipe_does_not_hang() {
 
 #[test]
 fn other_formats_are_named() {
-    let found = |name, bytes: &[u8]| match fault(name, bytes) {
+    let found = |name: &str, bytes: &[u8]| match fault(name, bytes) {
         InputFault::UnknownFormat { found } => found,
         InputFault::ForeignFormat { format } => format.to_string(),
         other => panic!("{other}"),
@@ -56,8 +56,12 @@ fn other_formats_are_named() {
         found("scan.mat", b"MATLAB 7.3 MAT-file, x"),
         "a MATLAB file"
     );
-    assert_eq!(found("scan.nc", b"xxxx"), "a NetCDF file");
-    assert_eq!(found("field.dat", b"1 2 3"), "the extension \"dat\"");
+    assert_eq!(found("scan.nc", b"\x00xxx"), "a NetCDF file");
+    for extension in ["dat", "nc", "h5"] {
+        let name = format!("field.{extension}");
+        let text = format!("text with the extension {extension:?}");
+        assert_eq!(found(&name, b"1 2 3"), text);
+    }
 }
 
 #[test]

@@ -122,17 +122,12 @@ fn val_numpy_savez_with_short_names() {
             assert_eq!(values(&read), field, "{names:?}");
             assert_eq!(read.time, axis(1e-5, None));
             assert_eq!(read.space, axis(0.002, None));
-            let members = Note::Members {
-                field: names[0].into(),
+            let variable = Note::Variable {
+                path: names[0].into(),
                 time: Some(names[1].into()),
                 space: Some(names[2].into()),
             };
-            assert_eq!(read.notes[0], members);
-            let layout = Layout::SiteTime;
-            assert_eq!(
-                read.notes[1..],
-                [Note::Layout { layout }][..usize::from(turned)]
-            );
+            assert_eq!(read.notes, [variable]);
         }
     }
     // Single precision: the step that was meant.

@@ -7,6 +7,7 @@ mod hostile_npz;
 mod hostile_tables;
 mod inputs;
 mod labelled;
+mod meanings;
 mod random;
 mod resample;
 mod scans;

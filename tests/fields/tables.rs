@@ -148,7 +148,7 @@ fn val_definition_units_of_channels() {
     assert_eq!(field.quantity, Quantity::Velocity);
     let field = table("a.csv", "Time,A,B\n(ms),(V),(mV)\n0,1,2\n1,3,4\n2,5,6\n");
     assert_eq!(field.unit, None);
-    let differ = |note: &Note| matches!(note, Note::Remark { text } if text.contains("V and mV"));
+    let differ = |note: &Note| note.code() == "remark" && note.message().contains("V and mV");
     assert!(field.notes.iter().any(differ), "{:?}", field.notes);
 }
 
@@ -235,6 +235,11 @@ fn val_definition_decimal_commas() {
             matches!(refused, InputFault::DecimalCommas { line: found, .. } if found == line);
         assert!(is_it, "{text}: {refused}");
     }
+    // Within quotes as well.
+    assert!(matches!(
+        fault("a.csv", "t,a\n\"0,01\",\"1,5\"\n"),
+        InputFault::DecimalCommas { line: 2, .. }
+    ));
     assert!(matches!(
         fault("a.csv", "0,01E+00,1,00E+00\n"),
         InputFault::DecimalCommas { .. }

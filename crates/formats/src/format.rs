@@ -9,6 +9,10 @@ use crate::{ByteOrder, Bytes, Container, Error, Result, Sample, SampleType, Valu
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Format {
+    /// An array of NumPy, whose reader is not in this crate.
+    Npy,
+    /// An archive of them, whose reader is not in this crate.
+    Npz,
     /// HDF5, with what builds on it: MATLAB 7.3, NetCDF-4, DASDAE.
     Hdf5,
     /// NetCDF-3: classic, with offsets of 64 bits, or with lengths of 64 bits (CDF-5).
@@ -101,6 +105,8 @@ fn is_text_or_blank(bytes: &[u8]) -> bool {
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Format::Npy => "an array (.npy)",
+            Format::Npz => "an archive (.npz)",
             Format::Hdf5 => "an HDF5 file",
             Format::NetCdf3 => "a NetCDF-3 file",
             Format::Mat5 => "a MATLAB file",
@@ -136,6 +142,9 @@ pub fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container
         Format::Tdms => crate::tdms::open,
         Format::MiniSeed => crate::miniseed::open,
         Format::Lammps => crate::lammps::open,
+        Format::Npy | Format::Npz => {
+            return Err(Error::unsupported(format.to_string(), "save it as HDF5"));
+        }
         Format::Zarr => {
             return Err(Error::unsupported(
                 "one file of a Zarr store",

@@ -183,7 +183,21 @@ fn of_input(fault: &InputFault) -> Option<String> {
             "the archive was damaged while written or copied; copy or write it again"
         }
         TooManyMembers { .. } => "save the field by itself",
-        NoSuchMember { .. } | WhichMember { .. } => "name one of them with `--variable`",
+        Contradiction {
+            what: "time step", ..
+        } => "state the right one with `--dt` or `--rate`",
+        Contradiction {
+            what: "distance of the sites",
+            ..
+        } => "state the right one with `--dx`",
+        Contradiction { what: "clock", .. } => {
+            "keep one of them; of a table, name the column with `--time-column`"
+        }
+        Contradiction {
+            what: "unit of the samples",
+            ..
+        } => "state the right one with `--unit`",
+        Contradiction { .. } | Factors { .. } => "correct the file, or save the samples apart",
         NotNumbers {
             way_out: Some(way_out),
             ..

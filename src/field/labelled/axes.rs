@@ -1,141 +1,142 @@
 //! What the coordinates of a dimension say: origin, step, unit, and the time at which it starts.
 
-use wavecascade_formats::{Attributes, Container, Coordinate, Result};
+use wavecascade_formats::Coordinate;
 
 use super::super::Note;
-use super::super::coordinates::{Coordinates, Evenness, Listed};
+use super::super::coordinates::{Coordinates, Listed};
+use super::super::meaning::{AxisBeside, Given, Listing, contradiction};
 use super::choose::Place;
-use super::{scaling, unpacked};
-use crate::error::InputFault;
-use crate::measure::{self, Time};
+use super::{Arrays, is_float, scaling};
+use crate::error::Result;
+use crate::measure::{self, Dimension, Time};
 
-/// Coordinates of an axis, and the notes on them.
-pub(super) type Found = (Listed, Vec<Note>);
-
-/// The coordinates of a dimension. Those whose step is stated elsewhere, and which have no `rules`, need not
-/// be even.
+/// The axis of a dimension, by its coordinates and what is stated beside them.
 ///
 /// # Errors
-/// Coordinates that the rules refuse.
-pub(super) fn coordinates(
-    container: &Container,
-    axis: &'static str,
+/// Coordinates that are not even, or contradict another clock or a stated step.
+pub(super) fn axis<D: Dimension + Copy>(
+    arrays: &Arrays,
+    beside: &AxisBeside<D>,
     place: Option<&Place>,
-    rules: Option<Evenness>,
-) -> std::result::Result<Found, AxisFault> {
+    notes: &mut Vec<Note>,
+) -> Result<Listed> {
     let Some(place) = place else {
-        return Ok(Default::default());
+        return beside
+            .axis(None, notes)
+            .map_err(|fault| arrays.source.fault(fault));
     };
-    match &place.coordinate {
-        None => Ok(Default::default()),
+    let (given, variable) = match &place.coordinate {
+        None => (None, None),
         Some(Coordinate::Even { origin, step, unit }) => {
             let even = Coordinates {
                 origin: Some(*origin),
                 step: Some(*step).filter(|step| *step > 0.0 && step.is_finite()),
                 unit: unit.clone(),
             };
-            let even = Listed {
-                even,
-                ..Listed::default()
-            };
-            Ok((even, Vec::new()))
+            (Some(Given::Even(even)), None)
         }
-        Some(Coordinate::Listed(i)) => listed(container, axis, *i, rules),
-    }
+        Some(Coordinate::Listed(i)) => {
+            let first = listing(arrays, *i, place.is_time)?;
+            for other in &place.others {
+                let other = listing(arrays, *other, place.is_time)?;
+                if !first.agrees(&other) {
+                    let [first, other] = [first.place, other.place].map(|of| format!("`{of}`"));
+                    return Err(arrays.source.fault(contradiction("clock", first, other)));
+                }
+            }
+            (Some(Given::Listed(first)), Some(*i))
+        }
+    };
+    beside.axis(given, notes).map_err(|fault| match variable {
+        Some(i) => arrays.fault(i, fault),
+        None => arrays.source.fault(fault),
+    })
 }
 
-/// Why an axis cannot be read.
-#[derive(Debug)]
-pub(super) enum AxisFault {
-    Container(wavecascade_formats::Error),
-    Input(InputFault),
-}
-
-impl From<wavecascade_formats::Error> for AxisFault {
-    fn from(fault: wavecascade_formats::Error) -> Self {
-        AxisFault::Container(fault)
-    }
-}
-
-fn listed(
-    container: &Container,
-    axis: &'static str,
-    i: usize,
-    rules: Option<Evenness>,
-) -> std::result::Result<Found, AxisFault> {
-    let variable = &container.variables[i];
-    let attributes = &variable.attributes;
+fn listing(arrays: &Arrays, i: usize, is_time: bool) -> Result<Listing> {
+    let variable = arrays.variable(i);
     let sample = variable.sample_type.number();
-    let mut notes = Vec::new();
-    let (values, unit, rounding) = match Since::of(attributes) {
-        Some(since) => {
-            // Counted from the first, so that no digits go to the years before it.
-            let (values, first) = from_first(container, i)?;
-            let (scale, offset) = scaling(attributes);
-            notes.push(Note::Start {
-                time: since.time(first.unpacked(scale, offset)),
-            });
-            let values = values.into_iter().map(|v| scale * v / since.divisor);
-            let values = values.collect();
-            (values, Some(since.unit.to_owned()), None)
+    let integers = match sample.is_some_and(is_float) {
+        true => None,
+        false => arrays.integers(i)?,
+    };
+    let stored: Vec<f64> = match &integers {
+        Some(integers) => integers.iter().map(|&v| v as f64).collect(),
+        None => arrays.numbers(i)?,
+    };
+    let (scale, offset) = scaling(&variable.attributes);
+    let rounding = sample.map_or(0.0, |sample| sample.spacing(&stored)) * scale.abs();
+    let place = variable.path.trim_start_matches('/').to_owned();
+    let unit = arrays.unit(i);
+    let is_counted = is_time && unit.is_none() && arrays.source.stated.time_unit.is_none();
+    let unit = unit.or_else(|| is_counted.then(|| since_1970(&stored)).flatten());
+    let step = variable.attributes.number("step");
+    let Some(since) = unit.as_deref().and_then(Since::parse) else {
+        return Ok(Listing {
+            place,
+            values: stored.iter().map(|v| scale * v + offset).collect(),
+            rounding,
+            unit,
+            step,
+            start: None,
+        });
+    };
+    // Counted from the first, exactly for integers, so that no digits go to the years before it.
+    let (apart, first): (Vec<f64>, First) = match &integers {
+        Some(integers) => {
+            let first = integers.first().copied().unwrap_or(0);
+            let apart = integers.iter().map(|v| v.wrapping_sub(first) as f64);
+            (apart.collect(), First::Integer(first))
         }
         None => {
-            let values = unpacked(container, i)?;
-            let unit = attributes.text("units").map(str::to_owned);
-            (values, unit, Some(()))
+            let first = stored.first().copied().unwrap_or(0.0);
+            let apart = stored.iter().map(|v| v - first);
+            (apart.collect(), First::Float(first))
         }
     };
-    let rounding = match rounding {
-        Some(()) => sample.map_or(0.0, |sample| sample.spacing(&values)),
-        // Differences of large numbers are as exact as those.
-        None => rounding_since(container, i)?,
+    Ok(Listing {
+        place,
+        values: apart.iter().map(|v| scale * v / since.divisor).collect(),
+        // Differences of large numbers are as exact as those; integers have no rounding.
+        rounding: match integers {
+            Some(_) => 0.0,
+            None => rounding / since.divisor,
+        },
+        unit: Some(since.unit.to_owned()),
+        step: None,
+        start: Some(since.time(first.unpacked(scale, offset))),
+    })
+}
+
+/// The unit of times without one that can only count from 1970: in seconds and their fractions, 2001 to 2286.
+pub(in crate::field) fn since_1970(values: &[f64]) -> Option<String> {
+    const UNITS: [(&str, f64); 4] = [
+        ("seconds", 1e9),
+        ("milliseconds", 1e12),
+        ("microseconds", 1e15),
+        ("nanoseconds", 1e18),
+    ];
+    let (first, last) = (values.first()?, values.last()?);
+    let fits = |(_, least): &&(&str, f64)| {
+        [first, last]
+            .iter()
+            .all(|v| (*least..10.0 * least).contains(*v))
     };
-    let known = (rounding, attributes.number("step"));
-    let mut listed = Coordinates::listed(axis, &values, known, rules)
-        .map_err(|uneven| AxisFault::Input(uneven.fault(axis)))?;
-    listed.even.unit = unit;
-    notes.extend(listed.note.take());
-    Ok((listed, notes))
+    let (unit, _) = UNITS.iter().find(fits)?;
+    Some(format!("{unit} since 1970-01-01"))
 }
 
-/// The numbers of a variable less the first one, exact for integers, and the first one.
-fn from_first(container: &Container, i: usize) -> Result<(Vec<f64>, First)> {
-    if let Some(integers) = container.integers(i)? {
-        let first = integers.first().copied().unwrap_or(0);
-        let values = integers.iter().map(|v| v.wrapping_sub(first) as f64);
-        return Ok((values.collect(), First::Integer(first)));
-    }
-    let numbers = container.numbers(i)?;
-    let first = numbers.first().copied().unwrap_or(0.0);
-    let values = numbers.iter().map(|v| v - first).collect();
-    Ok((values, First::Float(first)))
-}
-
-/// Rounding of floats that count from long ago; integers have none.
-fn rounding_since(container: &Container, i: usize) -> Result<f64> {
-    if container.integers(i)?.is_some() {
-        return Ok(0.0);
-    }
-    let attributes = &container.variables[i].attributes;
-    let divisor = Since::of(attributes).map_or(1.0, |since| since.divisor);
-    let (scale, _) = scaling(attributes);
-    let numbers = container.numbers(i)?;
-    let sample = container.variables[i].sample_type.number();
-    Ok(sample.map_or(0.0, |sample| sample.spacing(&numbers)) * scale.abs() / divisor)
-}
-
-/// Values that count from a date, by their unit, from the first one on, with their rounding and their unit; and the
-/// time of the first.
-pub(in crate::field) fn dated(
-    values: &[f64],
-    rounding: f64,
-    unit: &str,
-) -> Option<(Vec<f64>, f64, &'static str, String)> {
+/// Values that count from a date, by their unit, from the first one on.
+pub(in crate::field) fn dated(values: &[f64], rounding: f64, unit: &str) -> Option<Listing> {
     let since = Since::parse(unit)?;
     let first = values.first().copied().unwrap_or(0.0);
-    let apart = values.iter().map(|v| (v - first) / since.divisor).collect();
-    let start = since.time(First::Float(first));
-    Some((apart, rounding / since.divisor, since.unit, start))
+    Some(Listing {
+        values: values.iter().map(|v| (v - first) / since.divisor).collect(),
+        rounding: rounding / since.divisor,
+        unit: Some(since.unit.to_owned()),
+        start: Some(since.time(First::Float(first))),
+        ..Listing::default()
+    })
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -170,10 +171,6 @@ struct Since<'a> {
 }
 
 impl<'a> Since<'a> {
-    fn of(attributes: &'a Attributes) -> Option<Since<'a>> {
-        Since::parse(attributes.text("units")?)
-    }
-
     /// Nanoseconds and finer fractions of a second become seconds, which measurements are told in.
     fn parse(units: &'a str) -> Option<Since<'a>> {
         let (counts, date) = units.split_once(" since ")?;
@@ -222,22 +219,17 @@ mod tests {
 
     #[test]
     fn times_since_a_date() {
-        for (units, unit, divisor, date) in [
-            ("seconds since 1970-01-01", "s", 1.0, "1970-01-01"),
-            (
-                "nanoseconds since 2026-01-01T00:00:00",
-                "s",
-                1e9,
-                "2026-01-01T00:00:00",
-            ),
-            ("ms since 2000-01-01 12:00", "s", 1e3, "2000-01-01 12:00"),
-            ("days since 1900-01-01", "h", 1.0 / 24.0, "1900-01-01"),
-            ("hours since 1900-01-01", "h", 1.0, "1900-01-01"),
+        for (units, unit, divisor) in [
+            ("seconds since 1970-01-01", "s", 1.0),
+            ("nanoseconds since 1970-01-01", "s", 1e9),
+            ("ms since 1970-01-01", "s", 1e3),
+            ("days since 1970-01-01", "h", 1.0 / 24.0),
+            ("hours since 1970-01-01", "h", 1.0),
         ] {
             let since = Since::parse(units).unwrap();
             assert_eq!(
                 (since.unit, since.divisor, since.date),
-                (unit, divisor, date)
+                (unit, divisor, "1970-01-01")
             );
         }
         assert_eq!(Since::parse("seconds"), None);

@@ -2,41 +2,36 @@
 
 use std::collections::HashSet;
 
-use wavecascade_formats::{Container, Coordinate, Dimension, Variable};
+use wavecascade_formats::{Container, Coordinate, Dimension, Format, Variable};
 
-use super::super::options::{At, Label, OpenOptions};
-use super::super::{Layout, Note, names};
-use super::unpacked;
+use super::super::meaning::{Meaning, known_as};
+use super::super::note::spaced;
+use super::super::options::{At, Label};
+use super::super::{Layout, Note};
+use super::Arrays;
 use crate::error::{DimensionName, Error, InputFault, Result};
 use crate::measure::{self, Length, Time, symbol};
-
-/// Names of dimensions of sites, besides those of positions.
-const SITES: [&str; 24] = [
-    "x", "y", "z", "r", "position", "distance", "offset", "depth", "site", "sites", "space",
-    "channel", "channels", "trace", "traces", "station", "stations", "receiver", "location",
-    "atom", "node", "point", "record", "records",
-];
-
-/// Names of dimensions of times, besides [`names::TIME`].
-const TIMES: [&str; 5] = ["times", "sample", "samples", "frame", "step"];
 
 /// A dimension of the field.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Place {
     /// Its place among the dimensions of the variable.
     pub dimension: usize,
+    pub is_time: bool,
     /// Its name, or that of the variable that holds its coordinates.
     pub name: Option<String>,
     pub coordinate: Option<Coordinate>,
+    /// Further variables that hold its coordinates.
+    pub others: Vec<usize>,
 }
 
 /// A variable and the roles of its dimensions.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Choice {
     pub variable: usize,
-    times: Place,
+    pub times: Place,
     /// `None` for the record of one site.
-    sites: Option<Place>,
+    pub sites: Option<Place>,
     /// The other dimensions, and the index that is taken of each.
     pub fixed: Vec<(usize, u64)>,
     /// Whether names, units or lengths say which dimension is time.
@@ -53,266 +48,277 @@ enum Role {
 }
 
 impl Choice {
-    /// What `options` state, else what names, units and coordinates say.
-    pub fn of(
-        container: &Container,
-        options: &OpenOptions,
-        layout: Option<Layout>,
-    ) -> Result<Choice, InputFault> {
-        let variable = variable(container, options.variable.as_deref())?;
-        let found = &container.variables[variable];
-        let named = |name: &Option<String>| match name {
-            Some(name) => dimension(found, name).map(Some),
-            None => Ok(None),
+    /// What the options state, else what names, units and coordinates say.
+    pub fn of(arrays: &Arrays) -> Result<Choice> {
+        let fault = |fault| arrays.source.fault(fault);
+        let options = arrays.source.options;
+        let variable = variable(&arrays.container, options.variable.as_deref()).map_err(fault)?;
+        let found = arrays.variable(variable);
+        let named = |name: &Option<String>| {
+            let place = name.as_ref().map(|name| dimension(found, name));
+            place.transpose().map_err(fault)
         };
-        let (time, space) = (named(&options.time_dim)?, named(&options.space_dim)?);
+        let stated = [named(&options.time_dim)?, named(&options.space_dim)?];
         let (mut fixed, mut notes) = (Vec::new(), Vec::new());
         for At {
             dimension: name,
             label,
         } in &options.at
         {
-            let place = dimension(found, name)?;
-            let (index, note) = index_at(container, found, place, label)?;
+            let place = dimension(found, name).map_err(fault)?;
+            let (index, note) = index_at(arrays, found, place, label)?;
             fixed.push((place, index));
             notes.extend(note);
         }
-        let is_fixed = |d: &usize| fixed.iter().any(|(place, _)| place == d);
-        let free: Vec<usize> = (0..found.dimensions.len())
-            .filter(|d| !is_fixed(d))
-            .collect();
+        let is_free = |d: &usize| fixed.iter().all(|(place, _)| place != d);
+        let free: Vec<usize> = (0..found.dimensions.len()).filter(is_free).collect();
         // A dimension of one index is no axis, unless it is stated to be one or the field has no other.
-        let is_long =
-            |d: &&usize| found.dimensions[**d].len > 1 || time == Some(**d) || space == Some(**d);
+        let is_long = |d: &&usize| found.dimensions[**d].len > 1 || stated.contains(&Some(**d));
         let mut long: Vec<usize> = free.iter().filter(is_long).copied().collect();
-        for &d in free.iter() {
+        for &d in &free {
             if long.len() < 2 && !long.contains(&d) {
                 long.push(d);
             }
         }
         long.sort_unstable();
         fixed.extend(free.iter().filter(|d| !long.contains(d)).map(|&d| (d, 0)));
-        let roles = Roles::of(container, variable, &long, [time, space], layout)?;
-        let place = |d: usize, sibling: Option<usize>| {
-            let dimension = &found.dimensions[d];
-            let coordinate = dimension.coordinate.clone();
-            let coordinate = coordinate.or(sibling.map(Coordinate::Listed));
-            let listed = match coordinate {
-                Some(Coordinate::Listed(i)) => Some(container.variables[i].path.clone()),
-                _ => None,
-            };
-            Place {
-                dimension: d,
-                name: listed.or(dimension.name.clone()),
-                coordinate,
-            }
-        };
+        let (time, space, is_layout_known) = roles(arrays, variable, &long, stated)?;
+        let beside = Beside::of(arrays, variable);
+        let sites = space.map(|d| beside.place(d, Role::Space));
         Ok(Choice {
             variable,
-            times: place(roles.time, roles.siblings[0]),
-            sites: roles.space.map(|d| place(d, roles.siblings[1])),
+            times: beside.place(time, Role::Time).map_err(fault)?,
+            sites: sites.transpose().map_err(fault)?,
             fixed,
-            is_layout_known: roles.is_known,
+            is_layout_known,
             notes,
         })
     }
 
-    pub fn times(&self) -> Option<&Place> {
-        Some(&self.times)
+    pub fn n_times(&self, arrays: &Arrays) -> Result<usize> {
+        length(arrays.variable(self.variable), self.times.dimension)
     }
 
-    pub fn sites(&self) -> Option<&Place> {
-        self.sites.as_ref()
-    }
-
-    pub fn n_times(&self, container: &Container) -> Result<usize> {
-        length(&container.variables[self.variable], self.times.dimension)
-    }
-
-    pub fn n_sites(&self, container: &Container) -> Result<usize> {
-        let variable = &container.variables[self.variable];
-        self.sites
-            .as_ref()
-            .map_or(Ok(1), |sites| length(variable, sites.dimension))
+    pub fn n_sites(&self, arrays: &Arrays) -> Result<usize> {
+        let variable = arrays.variable(self.variable);
+        let sites = self.sites.as_ref();
+        sites.map_or(Ok(1), |sites| length(variable, sites.dimension))
     }
 
     /// What was taken for the field and its axes.
-    pub fn note(&self, container: &Container) -> Note {
-        let variable = &container.variables[self.variable];
+    pub fn note(&self, arrays: &Arrays) -> Note {
         let name = |place: &Place| {
             let of = |name: &String| name.trim_start_matches('/').to_owned();
             place.name.as_ref().map(of)
         };
         Note::Variable {
-            path: variable.path.clone(),
+            path: arrays.variable(self.variable).path.clone(),
             time: name(&self.times),
             space: self.sites.as_ref().and_then(name),
         }
     }
 }
 
-/// The dimensions of times and sites.
-struct Roles {
-    time: usize,
-    space: Option<usize>,
-    /// Variables that hold times and positions, found by their name and length.
-    siblings: [Option<usize>; 2],
-    is_known: bool,
-}
-
-impl Roles {
-    /// Of the dimensions `long`, those stated, else by names and units, else by the lengths of variables
-    /// that hold times and positions, else by the layout.
-    fn of(
-        container: &Container,
-        variable: usize,
-        long: &[usize],
-        stated: [Option<usize>; 2],
-        layout: Option<Layout>,
-    ) -> Result<Roles, InputFault> {
-        let found = &container.variables[variable];
-        let role = |d: &usize| role(container, &found.dimensions[*d]);
-        let of_role = |wanted: Role| -> Vec<usize> {
-            let is_it = |d: &&usize| role(d) == Some(wanted);
-            long.iter().filter(is_it).copied().collect()
-        };
-        let only = |places: Vec<usize>| match places[..] {
-            [place] => Some(place),
-            _ => None,
-        };
-        let other = |one: usize| only(long.iter().copied().filter(|&d| d != one).collect());
-        let [time, space] = stated;
-        let time = time.or_else(|| only(of_role(Role::Time)).filter(|&d| space != Some(d)));
-        let space = space.or_else(|| match time {
-            Some(time) => other(time),
-            None => only(of_role(Role::Space)),
-        });
-        let time = time.or_else(|| space.and_then(other));
-        let siblings = |time: usize, space: Option<usize>| {
-            let of = |names: &[&str], d: usize| {
-                let has_none = found.dimensions[d].coordinate.is_none();
-                has_none.then(|| sibling(container, variable, names, found.dimensions[d].len))?
+/// The dimensions of times and sites of the dimensions `long`, and whether anything says so: those stated, else by names
+/// and units, else by the lengths of variables that hold times and positions, else by the layout.
+fn roles(
+    arrays: &Arrays,
+    variable: usize,
+    long: &[usize],
+    [time, space]: [Option<usize>; 2],
+) -> Result<(usize, Option<usize>, bool)> {
+    let found = arrays.variable(variable);
+    let fault = |fault| Err(arrays.source.fault(fault));
+    let role = |d: &usize| role(arrays, &found.dimensions[*d]);
+    let of_role = |wanted: Role| -> Vec<usize> {
+        let is_it = |d: &&usize| role(d) == Some(wanted);
+        long.iter().filter(is_it).copied().collect()
+    };
+    let only = |places: Vec<usize>| match places[..] {
+        [place] => Some(place),
+        _ => None,
+    };
+    let other = |one: usize| only(long.iter().copied().filter(|&d| d != one).collect());
+    let time = time.or_else(|| only(of_role(Role::Time)).filter(|&d| space != Some(d)));
+    let space = space.or_else(|| match time {
+        Some(time) => other(time),
+        None => only(of_role(Role::Space)),
+    });
+    let time = time.or_else(|| space.and_then(other));
+    match (time, space, long) {
+        (None, Some(_), &[only]) => fault(InputFault::NoTimes {
+            variable: found.path.clone(),
+            dimension: found.dimensions[only].name.clone().unwrap_or_default(),
+        }),
+        (Some(time), space, _) if long.len() <= 1 || space.is_some() => {
+            match long.iter().find(|&&d| d != time && Some(d) != space) {
+                Some(&extra) => Err(further(arrays, found, extra)),
+                None => Ok((time, space, true)),
+            }
+        }
+        (None, None, &[first, _]) if of_role(Role::Space) == long => fault(InputFault::NoTimes {
+            variable: found.path.clone(),
+            dimension: found.dimensions[first].name.clone().unwrap_or_default(),
+        }),
+        (None, None, &[only]) => Ok((only, None, true)),
+        (None, None, &[first, second]) => {
+            let beside = Beside::of(arrays, variable);
+            let len = |d: usize| found.dimensions[d].len;
+            let fits = |time: usize, space: usize| {
+                let has = |role, d| u8::from(!beside.of_length(role, len(d)).is_empty());
+                has(Role::Time, time) + has(Role::Space, space)
             };
-            [
-                of(&names::TIME, time),
-                space.and_then(|d| of(&POSITIONS, d)),
-            ]
-        };
-        match (time, space, long) {
-            (None, Some(_), &[only]) => Err(InputFault::NoTimes {
-                variable: found.path.clone(),
-                dimension: found.dimensions[only].name.clone().unwrap_or_default(),
-            }),
-            (Some(time), space, _) if long.len() <= 1 || space.is_some() => {
-                let extra = long.iter().find(|&&d| d != time && Some(d) != space);
-                if let Some(&extra) = extra {
-                    return Err(further(container, found, extra));
-                }
-                Ok(Roles {
-                    time,
-                    space,
-                    siblings: siblings(time, space),
-                    is_known: true,
-                })
-            }
-            (None, None, &[only]) => Ok(Roles {
-                time: only,
-                space: None,
-                siblings: siblings(only, None),
-                is_known: true,
-            }),
-            (None, None, &[first, second]) => {
-                let lengths = [first, second].map(|d| found.dimensions[d].len);
-                let has = |names: &[&str], len| sibling(container, variable, names, len).is_some();
-                let fits = |n_times, n_sites| {
-                    [has(&names::TIME, n_times), has(&POSITIONS, n_sites)]
-                        .iter()
-                        .filter(|f| **f)
-                        .count()
-                };
-                let (straight, crossed) =
-                    (fits(lengths[0], lengths[1]), fits(lengths[1], lengths[0]));
-                // MATLAB writes the columns of an array first.
-                let is_reversed = found.attributes.get("MATLAB_class").is_some();
-                let by_layout = match layout.unwrap_or_default() {
-                    Layout::TimeSite => !is_reversed,
-                    Layout::SiteTime => is_reversed,
-                };
-                let is_straight = match straight.cmp(&crossed) {
-                    _ if layout.is_some() => by_layout,
-                    std::cmp::Ordering::Greater => true,
-                    std::cmp::Ordering::Less => false,
-                    std::cmp::Ordering::Equal => by_layout,
-                };
-                let (time, space) = if is_straight {
-                    (first, second)
-                } else {
-                    (second, first)
-                };
-                Ok(Roles {
-                    time,
-                    space: Some(space),
-                    siblings: siblings(time, Some(space)),
-                    is_known: straight != crossed,
-                })
-            }
-            (_, _, &[]) => Err(InputFault::NoSamples {
-                shape: found.shape(),
-            }),
-            _ => {
-                // What has the name of positions is the last to be left over.
-                let name = |d: usize| found.dimensions[d].name.as_deref().map(last_name);
-                let is_position = |d: usize| name(d).is_some_and(|name| POSITIONS.contains(&name));
-                let rank = |d: &&usize| (role(d) == Some(Role::Space), is_position(**d));
-                let others = long.iter().filter(|&&d| Some(d) != time);
-                let left = others.min_by_key(rank).copied();
-                Err(further(container, found, left.unwrap_or(long[0])))
-            }
+            let (straight, crossed) = (fits(first, second), fits(second, first));
+            // MATLAB writes the columns of an array first.
+            let is_reversed = found.attributes.get("MATLAB_class").is_some();
+            let layout = arrays.source.stated.layout;
+            let by_layout = (layout.unwrap_or_default() == Layout::TimeSite) != is_reversed;
+            let is_straight = match layout.is_some() || straight == crossed {
+                true => by_layout,
+                false => straight > crossed,
+            };
+            let (time, space) = if is_straight {
+                (first, second)
+            } else {
+                (second, first)
+            };
+            Ok((time, Some(space), straight != crossed))
+        }
+        (_, _, &[]) => fault(InputFault::NoSamples {
+            shape: found.shape(),
+        }),
+        _ => {
+            // What has the name of positions is the last to be left over.
+            let is_position = |d: usize| {
+                let name = found.dimensions[d].name.as_deref();
+                name.is_some_and(|name| known_as(last_name(name), Meaning::Position).is_some())
+            };
+            let rank = |d: &&usize| (role(d) == Some(Role::Space), is_position(**d));
+            let others = long.iter().filter(|&&d| Some(d) != time);
+            let left = others.min_by_key(rank).copied();
+            Err(further(arrays, found, left.unwrap_or(long[0])))
         }
     }
 }
 
-/// Names of variables that hold positions.
-const POSITIONS: [&str; 3] = ["position", "x", "distance"];
+/// Lists of numbers in the group of a variable that hold times or positions, by their names and units.
+struct Beside<'a> {
+    variable: &'a Variable,
+    /// With the role, the place and the length of each.
+    lists: Vec<(Role, usize, u64)>,
+    container: &'a Container,
+    /// Whether an axis is stated in full, so that no coordinates are needed.
+    is_stated: [bool; 2],
+}
 
-/// A variable beside `variable` of one of these names, that has so many numbers along one dimension.
-fn sibling(container: &Container, variable: usize, names: &[&str], len: u64) -> Option<usize> {
-    let group = |path: &str| path.len() - last_name(path).len();
-    let own = &container.variables[variable].path;
-    let place = |name: &&str| {
-        container
-            .variables
-            .iter()
-            .enumerate()
-            .position(|(i, other)| {
-                let is_beside = i != variable
-                    && group(&other.path) == group(own)
-                    && other.path[..group(own)] == own[..group(own)];
-                let is_list = other.dimensions.iter().filter(|d| d.len != 1).count() <= 1
-                    && other.count() == Some(len)
-                    && other.sample_type.number().is_some();
-                is_beside && is_list && last_name(&other.path).eq_ignore_ascii_case(name)
-            })
-    };
-    names.iter().find_map(place)
+impl<'a> Beside<'a> {
+    fn of(arrays: &'a Arrays, variable: usize) -> Beside<'a> {
+        let container = &arrays.container;
+        let group = |path: &'a str| &path[..path.len() - last_name(path).len()];
+        let found = arrays.variable(variable);
+        // Forces and what passes are between the sites of a run.
+        let is_between = matches!(last_name(&found.path), "force" | "energy_passed");
+        let of_contacts = container.find("contact_position").filter(|_| is_between);
+        let list = |i: usize| {
+            let other = &container.variables[i];
+            let is_list = other.dimensions.iter().filter(|d| d.len != 1).count() <= 1
+                && other.sample_type.number().is_some()
+                && group(&other.path) == group(&found.path);
+            let len = other.count().filter(|_| is_list && i != variable)?;
+            let name = last_name(&other.path);
+            let role = match () {
+                _ if of_contacts == Some(i) => Role::Space,
+                _ if known_as(name, Meaning::Time).is_some() => Role::Time,
+                _ if known_as(name, Meaning::Position).is_some() && of_contacts.is_none() => {
+                    Role::Space
+                }
+                _ if other.attributes.text("units")?.contains(" since ") => Role::Time,
+                _ => return None,
+            };
+            Some((role, i, len))
+        };
+        let stated = &arrays.source.stated;
+        let mut lists: Vec<_> = (0..container.variables.len()).filter_map(list).collect();
+        // The plain name, such as `time`, goes before the others.
+        let is_plain =
+            |i: usize| matches!(last_name(&container.variables[i].path), "time" | "position");
+        lists.sort_by_key(|(_, i, _)| !is_plain(*i));
+        Beside {
+            variable: found,
+            lists,
+            container,
+            is_stated: [
+                stated.t0.is_some() && stated.dt.is_some(),
+                stated.x0.is_some() && stated.dx.is_some(),
+            ],
+        }
+    }
+
+    fn of_length(&self, role: Role, len: u64) -> Vec<usize> {
+        let is_it = |(of, _, n): &&(Role, usize, u64)| (*of, *n) == (role, len);
+        let found = self.lists.iter().filter(is_it);
+        found.map(|(_, i, _)| *i).collect()
+    }
+
+    /// A dimension with its coordinates.
+    ///
+    /// # Errors
+    /// A list of coordinates that has another length.
+    fn place(&self, d: usize, role: Role) -> Result<Place, InputFault> {
+        let dimension = &self.variable.dimensions[d];
+        let is_time = role == Role::Time;
+        let is_stated = self.is_stated[usize::from(!is_time)];
+        let mut others = match &dimension.coordinate {
+            None if !is_stated => self.of_length(role, dimension.len),
+            _ => Vec::new(),
+        };
+        let is_of_role = |(of, _, len): &&(Role, usize, u64)| *of == role && *len > 1;
+        if dimension.coordinate.is_none()
+            && others.is_empty()
+            && !is_stated
+            && let Some((_, i, len)) = self.lists.iter().find(is_of_role)
+        {
+            let fault = InputFault::AxisLength {
+                axis: if is_time { "time" } else { "space" },
+                expected: dimension.len,
+                found: *len,
+            };
+            return Err(InputFault::Member {
+                member: self.container.variables[*i].path.clone(),
+                fault: Box::new(fault),
+            });
+        }
+        let sibling = (!others.is_empty()).then(|| Coordinate::Listed(others.remove(0)));
+        let coordinate = dimension.coordinate.clone().or(sibling);
+        let listed = match coordinate {
+            Some(Coordinate::Listed(i)) => Some(self.container.variables[i].path.clone()),
+            _ => None,
+        };
+        Ok(Place {
+            dimension: d,
+            is_time,
+            name: listed.or(dimension.name.clone()),
+            coordinate,
+            others,
+        })
+    }
 }
 
 /// The variable of this name, else the one that is a field.
 fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputFault> {
     let variables = &container.variables;
     if let Some(wanted) = wanted {
-        let called: Vec<usize> = (0..variables.len())
-            .filter(|&i| last_name(&variables[i].path) == wanted)
-            .collect();
-        let by_last_name = match called[..] {
-            [only] => Some(only),
-            _ => None,
+        let wanted = match container.format {
+            Format::Npz => wanted.strip_suffix(".npy").unwrap_or(wanted),
+            _ => wanted,
         };
-        let place = container.find(wanted).or(by_last_name);
+        let mut called = (0..variables.len()).filter(|&i| last_name(&variables[i].path) == wanted);
+        let by_last_name = called.next().filter(|_| called.next().is_none());
         let no_such = || InputFault::NoSuchVariable {
             name: wanted.to_owned(),
             variables: list(container),
         };
+        let place = container.find(wanted).or(by_last_name);
         let place = place.ok_or_else(no_such)?;
         return match &variables[place].sample_type.number() {
             Some(_) if variables[place].count() != Some(0) => Ok(place),
@@ -329,9 +335,17 @@ fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputF
     let dimensions = variables.iter().flat_map(|v| &v.dimensions);
     let coordinates: HashSet<usize> = dimensions.filter_map(listed).collect();
     let is_coordinate = |i: usize| {
-        let name = last_name(&variables[i].path).to_ascii_lowercase();
-        let is_named = names::TIME.contains(&name.as_str()) || POSITIONS.contains(&name.as_str());
-        coordinates.contains(&i) || is_named
+        let name = last_name(&variables[i].path);
+        let known = [
+            Meaning::Time,
+            Meaning::Position,
+            Meaning::Scale,
+            Meaning::Offset,
+        ];
+        coordinates.contains(&i)
+            || known
+                .into_iter()
+                .any(|known| known_as(name, known).is_some())
     };
     let rank = |v: &Variable| v.dimensions.iter().filter(|d| d.len > 1).count();
     let of_rank = |is_it: fn(usize) -> bool| -> Vec<usize> {
@@ -355,20 +369,16 @@ fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputF
             named.next().filter(|_| named.next().is_none()).copied()
         })
     };
-    let unread = || {
-        let mut unread = variables
-            .iter()
-            .filter(|v| v.sample_type.way_out().is_some());
-        unread.next().map(not_numbers)
+    let which = || InputFault::WhichVariable {
+        variables: list(container),
     };
+    let mut unread = variables
+        .iter()
+        .filter(|v| v.sample_type.way_out().is_some());
     match candidates[..] {
         [only] => Ok(only),
-        [] => Err(unread().unwrap_or_else(|| InputFault::WhichVariable {
-            variables: list(container),
-        })),
-        _ => preferred().ok_or_else(|| InputFault::WhichVariable {
-            variables: list(container),
-        }),
+        [] => Err(unread.next().map_or_else(which, not_numbers)),
+        _ => preferred().ok_or_else(which),
     }
 }
 
@@ -424,71 +434,60 @@ fn dimension(variable: &Variable, name: &str) -> Result<usize, InputFault> {
         })
 }
 
-/// The fault of a dimension that is neither time nor space.
-fn further(container: &Container, variable: &Variable, place: usize) -> InputFault {
-    let d = &variable.dimensions[place];
-    let range = match &d.coordinate {
-        Some(Coordinate::Even { origin, step, unit }) => {
-            Some((*origin, origin + (d.len - 1) as f64 * step, unit.clone()))
-        }
-        Some(Coordinate::Listed(i)) => {
-            let values = unpacked(container, *i).unwrap_or_default();
-            let unit = container.variables[*i].attributes.text("units");
-            let unit = unit.map(str::to_owned);
-            values
-                .first()
-                .zip(values.last())
-                .map(|(a, b)| (*a, *b, unit))
-        }
-        None => None,
-    };
-    InputFault::FurtherDimension {
-        variable: variable.path.clone(),
-        dimensions: dimensions(variable),
-        dimension: Box::new(DimensionName {
-            name: d
-                .name
-                .as_deref()
-                .map_or(place.to_string(), |name| last_name(name).to_owned()),
-            len: d.len,
-            range,
-        }),
-    }
-}
-
-/// The index of a dimension at `label`, as [`nearest`].
-fn index_at(
-    container: &Container,
-    variable: &Variable,
-    place: usize,
-    label: &Label,
-) -> Result<(u64, Option<Note>), InputFault> {
-    let d = &variable.dimensions[place];
-    let listed = match &d.coordinate {
+/// The values of the coordinates of a dimension, and their unit.
+fn places(arrays: &Arrays, d: &Dimension) -> Result<Option<Places>> {
+    Ok(match &d.coordinate {
         None => None,
         Some(Coordinate::Even { origin, step, unit }) => {
             let at = |i: u64| origin + i as f64 * step;
             Some(((0..d.len).map(at).collect(), unit.clone()))
         }
-        Some(Coordinate::Listed(i)) => {
-            let damaged = |fault| InputFault::Container {
-                fault: Box::new(fault),
-            };
-            let unit = container.variables[*i].attributes.text("units");
-            let values = unpacked(container, *i).map_err(damaged)?;
-            Some((values, unit.map(str::to_owned)))
-        }
-    };
+        Some(Coordinate::Listed(i)) => Some((arrays.unpacked(*i)?, arrays.unit(*i))),
+    })
+}
+
+/// The fault of a dimension that is neither time nor space.
+fn further(arrays: &Arrays, variable: &Variable, place: usize) -> Error {
+    let d = &variable.dimensions[place];
+    let range = places(arrays, d).ok().flatten().and_then(|(values, unit)| {
+        let (first, last) = (values.first()?, values.last()?);
+        Some((*first, *last, unit))
+    });
+    let name = d.name.as_deref();
+    arrays.source.fault(InputFault::FurtherDimension {
+        variable: variable.path.clone(),
+        dimensions: dimensions(variable),
+        dimension: Box::new(DimensionName {
+            name: name.map_or(place.to_string(), |name| last_name(name).to_owned()),
+            len: d.len,
+            range,
+        }),
+    })
+}
+
+/// The index of a dimension at `label`, as [`nearest`]. A dimension without coordinates has those of an array of its name.
+fn index_at(
+    arrays: &Arrays,
+    variable: &Variable,
+    place: usize,
+    label: &Label,
+) -> Result<(u64, Option<Note>)> {
+    let d = &variable.dimensions[place];
     let name = d.name.clone().unwrap_or_else(|| place.to_string());
-    nearest(last_name(&name), d.len, listed, label)
+    let is_it = |i: &usize| d.coordinate.is_none() && arrays.variable(*i).shape() == [d.len];
+    let beside = arrays.container.find(&name).filter(is_it);
+    let beside = beside.map(|i| Dimension::new(d.len).at(Coordinate::Listed(i)));
+    let listed = places(arrays, beside.as_ref().unwrap_or(d))?;
+    let found = nearest(last_name(&name), d.len, listed, label);
+    found.map_err(|fault| arrays.source.fault(fault))
 }
 
 /// The coordinates of a dimension and their unit.
-pub(in super::super) type Places = (Vec<f64>, Option<String>);
+type Places = (Vec<f64>, Option<String>);
 
 /// The index of a dimension at `label`: that of the nearest coordinate, which is no farther than half a
 /// step, or without coordinates the number itself; with a note where the coordinate is another one.
-pub(in super::super) fn nearest(
+fn nearest(
     name: &str,
     len: u64,
     listed: Option<Places>,
@@ -513,16 +512,16 @@ pub(in super::super) fn nearest(
     let Some((values, unit)) = listed else {
         return match label {
             Label::Value { unit: Some(_), .. } => {
-                Err(refuse("an index, as nothing says where it is".into()))
+                Err(refuse(format!("an index, as `{name}` has no coordinates")))
             }
             _ => by_number(stated),
         };
     };
     let factor = label.factor(unit.as_deref()).ok_or_else(|| {
-        refuse(format!(
-            "a number in {}",
-            unit.as_deref().unwrap_or("its own unit")
-        ))
+        refuse(match &unit {
+            Some(unit) => format!("a number in {unit}"),
+            None => format!("a number without a unit, as `{name}` has none"),
+        })
     })?;
     let value = stated * factor;
     let distance = |i: &usize| (values[*i] - value).abs();
@@ -549,18 +548,15 @@ pub(in super::super) fn nearest(
     }
     // Beyond what a number in single precision is rounded by.
     let is_other = distance(&nearest) > 1e-3 * step + 1e-6 * value.abs();
-    let note = is_other.then(|| Note::Nearest {
-        dimension: name.to_owned(),
-        index: nearest as u64,
-        value: values[nearest],
-        unit,
-        stated: label.to_string(),
-    });
+    let (value, unit) = (measure::digits(values[nearest]), spaced(&unit));
+    let text =
+        format!("`{name}` is taken at {value}{unit} (index {nearest}), the nearest to {label}");
+    let note = is_other.then(|| Note::told("nearest", text));
     Ok((nearest as u64, note))
 }
 
 /// What a dimension stands for, by its coordinates or its name.
-fn role(container: &Container, dimension: &Dimension) -> Option<Role> {
+fn role(arrays: &Arrays, dimension: &Dimension) -> Option<Role> {
     let of_unit = |unit: &str| match () {
         _ if unit.contains(" since ") => Some(Role::Time),
         _ if symbol::<Time>(unit).is_some() => Some(Role::Time),
@@ -570,14 +566,13 @@ fn role(container: &Container, dimension: &Dimension) -> Option<Role> {
     let by_coordinate = match &dimension.coordinate {
         Some(Coordinate::Even { unit, .. }) => unit.as_deref().and_then(of_unit),
         Some(Coordinate::Listed(i)) => {
-            let variable = &container.variables[*i];
-            let attributes = &variable.attributes;
-            let axis = match attributes.text("axis") {
+            let variable = arrays.variable(*i);
+            let axis = match variable.attributes.text("axis") {
                 Some("T") => Some(Role::Time),
                 Some("X" | "Y" | "Z") => Some(Role::Space),
                 _ => None,
             };
-            let by_unit = || attributes.text("units").and_then(of_unit);
+            let by_unit = || of_unit(&arrays.unit(*i)?);
             axis.or_else(by_unit)
                 .or_else(|| of_name(last_name(&variable.path)))
         }
@@ -588,12 +583,10 @@ fn role(container: &Container, dimension: &Dimension) -> Option<Role> {
 
 /// What a name stands for.
 fn of_name(name: &str) -> Option<Role> {
-    let lower = name.to_ascii_lowercase();
-    let is_in = |list: &[&str]| list.contains(&lower.as_str());
-    let names = |layout| names::row_unit(name, layout).is_some();
+    let is = |meaning| known_as(name, meaning).is_some();
     match () {
-        _ if is_in(&TIMES) || names(Layout::TimeSite) => Some(Role::Time),
-        _ if is_in(&SITES) || names(Layout::SiteTime) => Some(Role::Space),
+        _ if is(Meaning::Time) || is(Meaning::TimeDimension) => Some(Role::Time),
+        _ if is(Meaning::Position) || is(Meaning::SiteDimension) => Some(Role::Space),
         _ => None,
     }
 }

@@ -1,11 +1,10 @@
 //! Traces that begin at different times.
 
-use wavecascade_formats::Container;
-
 use super::super::align::{Alignment, Apart, Shift};
 use super::super::assembly::Assembly;
-use super::super::open::{Contents, FileSource};
+use super::super::open::Contents;
 use super::super::options::Delays;
+use super::Arrays;
 use crate::error::{InputFault, Result};
 
 /// The common part of all traces, if `treated` says that they are aligned.
@@ -13,19 +12,18 @@ use crate::error::{InputFault, Result};
 /// # Errors
 /// Delays that are not to be aligned, or are no whole numbers of steps where nothing may be resampled.
 pub(super) fn aligned(
-    source: &FileSource,
-    container: &Container,
+    arrays: &Arrays,
     mut contents: Contents,
     treated: Delays,
 ) -> Result<Contents> {
-    let listed = container.find("/delay");
-    let milliseconds = listed.map(|i| container.numbers(i)).transpose();
-    let milliseconds = milliseconds
-        .map_err(|fault| source.container_fault(fault))?
-        .unwrap_or_default();
+    let source = arrays.source;
+    let listed = arrays.container.find("/delay");
+    let milliseconds = listed.map(|i| arrays.numbers(i)).transpose()?;
+    let milliseconds = milliseconds.unwrap_or_default();
     let step = source.stated.dt.and_then(|dt| dt.in_unit("s"));
-    let (step, n_times) = (step.or(contents.time.step), contents.n_times);
-    let (Some(step), Delays::Align, true) = (step, treated, milliseconds.len() == contents.n_sites)
+    let (step, n_times) = (step.or(contents.time.step), contents.field.n_times);
+    let (Some(step), Delays::Align, true) =
+        (step, treated, milliseconds.len() == contents.field.n_sites)
     else {
         let ends = |of: fn(f64, f64) -> f64| milliseconds.iter().copied().reduce(of);
         return Err(source.fault(InputFault::Delays {
@@ -44,20 +42,20 @@ pub(super) fn aligned(
     let lengths = vec![n_times; shifts.len()];
     let alignment = Alignment::new(shifts, lengths, method)
         .map_err(|Apart { early, late }| source.fault(InputFault::NoCommonTime { early, late }))?;
-    let shape = [contents.n_sites, alignment.n_times];
+    let shape = [contents.field.n_sites, alignment.n_times];
     let mut assembly = Assembly::new("the aligned traces", shape, options)?;
     let mut record = vec![0.0; alignment.n_times];
-    for trace in 0..contents.n_sites {
-        let storage = &contents.storage;
+    for trace in 0..contents.field.n_sites {
+        let storage = &contents.field.storage;
         let read = |from: usize, out: &mut [f64]| {
             storage.read(from..from + out.len(), trace..trace + 1, true, out);
         };
         alignment.record(trace, read, &mut record);
         assembly.write(trace, &record)?;
     }
-    contents.storage = assembly.finish(false)?;
-    contents.n_times = alignment.n_times;
+    contents.field.storage = assembly.finish(false)?;
+    contents.field.n_times = alignment.n_times;
     contents.time.origin = Some(milliseconds[0] / 1e3 + alignment.start as f64 * step);
-    contents.notes.extend(alignment.note(None));
+    contents.field.notes.extend(alignment.note(None));
     Ok(contents)
 }

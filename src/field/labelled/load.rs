@@ -5,12 +5,13 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use wavecascade_formats::{Container, Place, Sample, Variable};
+use wavecascade_formats::{Place, Sample};
 
 use super::super::assembly::ScratchFile;
 use super::super::file_bytes::FileBytes;
 use super::super::open::FileSource;
 use super::super::storage::{Arrangement, ByteOrder, Bytes, Storage};
+use super::Arrays;
 use super::choose::Choice;
 use crate::error::{Error, InputFault, Result};
 use crate::system::memory::{half_of_free_memory, try_filled};
@@ -19,67 +20,41 @@ use crate::system::memory::{half_of_free_memory, try_filled};
 const SLAB: u64 = 32 << 20;
 
 /// The samples `(time, site)` that `choice` names.
-pub(super) fn storage(
-    source: &FileSource,
-    container: &Container,
-    choice: &Choice,
-) -> Result<Storage> {
-    let variable = &container.variables[choice.variable];
+pub(super) fn storage(arrays: &Arrays, choice: &Choice) -> Result<Storage> {
+    let variable = arrays.variable(choice.variable);
     let Some(sample) = variable.sample_type.number() else {
         unreachable!("a chosen variable holds numbers")
     };
-    let (n_times, n_sites) = (choice.n_times(container)?, choice.n_sites(container)?);
-    let lengths = Lengths { n_times, n_sites };
-    if let Some(arrangement) = in_place(variable, choice, sample, lengths) {
-        let bytes = Bytes::File(Arc::clone(&source.bytes));
-        return Ok(Storage::new(bytes, arrangement));
-    }
-    decoded(source, container, choice, sample, lengths)
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Lengths {
-    n_times: usize,
-    n_sites: usize,
-}
-
-/// The samples in the file, if one of the two dimensions is contiguous there.
-fn in_place(
-    variable: &Variable,
-    choice: &Choice,
-    sample: Sample,
-    Lengths { n_times, n_sites }: Lengths,
-) -> Option<Arrangement> {
-    let Place::Strided {
-        start,
-        strides,
-        order,
-    } = &variable.place
-    else {
-        return None;
+    let shape = [choice.n_times(arrays)?, choice.n_sites(arrays)?];
+    let Some((bytes, (start, strides, order))) = arrays.bytes(choice.variable)? else {
+        return decoded(arrays, choice, sample, shape);
     };
-    let time = strides[choice.times()?.dimension];
+    let time = strides[choice.times.dimension];
     // The only site lies wherever the records begin.
-    let site = choice.sites().map(|sites| strides[sites.dimension]);
+    let site = choice.sites.as_ref().map(|sites| strides[sites.dimension]);
     let site = site.unwrap_or(sample.bytes() as u64);
     let skipped = choice.fixed.iter().map(|&(d, index)| index * strides[d]);
     let start = (start + skipped.sum::<u64>()) as usize;
     let strides = [time as isize, site as isize];
-    Arrangement::of_strides((sample, *order), start, [n_times, n_sites], strides)
+    Ok(Storage::of_strides(
+        bytes,
+        (sample, order),
+        start,
+        shape,
+        strides,
+    ))
 }
 
 /// The samples decoded, in the order of their dimensions.
 fn decoded(
-    source: &FileSource,
-    container: &Container,
+    arrays: &Arrays,
     choice: &Choice,
     sample: Sample,
-    Lengths { n_times, n_sites }: Lengths,
+    [n_times, n_sites]: [usize; 2],
 ) -> Result<Storage> {
-    let variable = &container.variables[choice.variable];
-    let (Some(times), sites) = (choice.times(), choice.sites()) else {
-        unreachable!("a chosen variable has times")
-    };
+    let (source, container) = (arrays.source, &arrays.container);
+    let variable = arrays.variable(choice.variable);
+    let (times, sites) = (&choice.times, choice.sites.as_ref());
     let rows_are_times = sites.is_none_or(|sites| times.dimension < sites.dimension);
     let (slow, rows, width) = match (rows_are_times, sites) {
         (false, Some(sites)) => (sites.dimension, n_sites, n_times),

@@ -10,25 +10,31 @@ mod choose;
 mod delays;
 mod load;
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use wavecascade_formats::{Attributes, Container, Format, Options, Remark, Value};
+use wavecascade_formats::{
+    Attributes, ByteOrder, Container, Format, Options, Place, Remark, Sample, Value, Variable,
+};
 
-use super::beside::{self, Beside};
+use super::coordinates::{Coordinates, Listed};
 use super::file_bytes::FileBytes;
+use super::meaning::{
+    Meaning, Said, Statement, Statements, contradiction, known_as, may_scale, unused, with_unit,
+};
+use super::npz::Archive;
 use super::open::{Contents, FileSource};
-use super::options::{Delays, Label};
+use super::options::Delays;
 use super::scan::NamedNumber;
-use super::storage::Packing;
-use super::{Note, Quantity, graded_masses, names};
+use super::storage::{Bytes, Factor, Packing};
+use super::{Field, Note, Quantity, graded_masses, npy};
 use crate::error::{Error, InputFault, Result};
 use crate::measure::{self, Length};
 
-use axes::AxisFault;
-pub(super) use axes::dated;
-use choose::Choice;
-pub(super) use choose::{Places, dimensions, nearest};
+pub(super) use axes::{dated, since_1970};
+pub(super) use choose::dimensions;
+use choose::{Choice, last_name};
 
 /// Texts, and arrays with their shapes, by their names.
 pub(crate) type Parts = (
@@ -36,39 +42,244 @@ pub(crate) type Parts = (
     BTreeMap<String, (Vec<u64>, Vec<f64>)>,
 );
 
+/// The arrays of a file, and how they are read.
+pub(super) struct Arrays<'a> {
+    source: &'a FileSource<'a>,
+    pub(super) container: Container,
+    /// Of an archive of NumPy, its members.
+    archive: Option<RefCell<Archive<'a>>>,
+}
+
+impl<'a> Arrays<'a> {
+    /// Those of a file of `format`.
+    pub(super) fn open(source: &'a FileSource<'a>, format: Format) -> Result<Arrays<'a>> {
+        let mut options = Options::default();
+        options.memory = source.options.memory;
+        let mut archive = None;
+        let container = match format {
+            Format::Npz => {
+                let mut opened = Archive::open(source).map_err(|fault| source.fault(fault))?;
+                let container = opened.container()?;
+                archive = Some(RefCell::new(opened));
+                Ok(container)
+            }
+            Format::Npy => Ok(npy::container(&source.bytes).map_err(|fault| source.fault(fault))?),
+            Format::Zarr => wavecascade_formats::open_directory(format, source.path, &options),
+            _ => wavecascade_formats::open(format, source.bytes.clone(), &options),
+        };
+        let mut container = container.map_err(|fault| source.container_fault(fault))?;
+        if matches!(format, Format::Npy | Format::Npz) {
+            for variable in &mut container.variables {
+                npy::name_dimensions(&mut variable.dimensions, source.layout());
+            }
+        }
+        Ok(Arrays {
+            source,
+            container,
+            archive,
+        })
+    }
+
+    fn variable(&self, i: usize) -> &Variable {
+        &self.container.variables[i]
+    }
+
+    /// The bytes of a variable that lies in one piece, and where its first sample is.
+    fn bytes(&self, i: usize) -> Result<Option<(Bytes, Placed)>> {
+        if let Some(archive) = &self.archive {
+            let (header, bytes, start) = archive.borrow_mut().load(i)?;
+            let (strides, order) = (header.strides(), header.order);
+            return Ok(Some((bytes, (start as u64, strides, order))));
+        }
+        Ok(match &self.variable(i).place {
+            Place::Strided {
+                start,
+                strides,
+                order,
+            } => Some((
+                Bytes::File(Arc::clone(&self.source.bytes)),
+                (*start, strides.clone(), *order),
+            )),
+            Place::Encoded { .. } => None,
+        })
+    }
+
+    /// The numbers of a variable as they are stored.
+    fn numbers(&self, i: usize) -> Result<Vec<f64>> {
+        match &self.archive {
+            Some(archive) => archive.borrow_mut().numbers(i, Sample::to_f64),
+            None => self
+                .container
+                .numbers(i)
+                .map_err(self.source.container_faults()),
+        }
+    }
+
+    /// Its integers; `None` of floats.
+    fn integers(&self, i: usize) -> Result<Option<Vec<i64>>> {
+        match &self.archive {
+            Some(archive) => {
+                let integers = archive.borrow_mut().numbers(i, Sample::to_i64)?;
+                Ok(integers.into_iter().collect())
+            }
+            None => self
+                .container
+                .integers(i)
+                .map_err(self.source.container_faults()),
+        }
+    }
+
+    /// The numbers that those of a variable stand for.
+    fn unpacked(&self, i: usize) -> Result<Vec<f64>> {
+        let (scale, offset) = scaling(&self.variable(i).attributes);
+        let numbers = self.numbers(i)?.into_iter();
+        Ok(numbers.map(|v| scale * v + offset).collect())
+    }
+
+    /// A fault of one array.
+    fn fault(&self, i: usize, fault: InputFault) -> Error {
+        match &self.archive {
+            Some(archive) => archive.borrow().member_fault(i, fault),
+            None => self.source.fault(fault),
+        }
+    }
+
+    /// Whether a variable holds one number.
+    fn is_number(&self, i: usize) -> bool {
+        let variable = self.variable(i);
+        variable.count() == Some(1) && variable.sample_type.number().is_some()
+    }
+
+    /// The unit of a variable, by its attributes, the text `NAME_unit` beside it, or its name.
+    fn unit(&self, i: usize) -> Option<String> {
+        let attributes = &self.variable(i).attributes;
+        let is_unit = |(name, _): &&(String, Value)| known_as(name, Meaning::Unit).is_some();
+        let own = attributes.0.iter().find(is_unit);
+        let own = own
+            .and_then(|(name, _)| attributes.text(name))
+            .map(str::to_owned);
+        own.or_else(|| {
+            let path = self.variable(i).path.trim_start_matches('/');
+            let (group, name) = path.split_at(path.len() - last_name(path).len());
+            let beside = self.statements_in(group).unit_of(name);
+            beside.or(with_unit(name).1.map(str::to_owned))
+        })
+    }
+
+    /// The attributes of a group, by the path before their names.
+    fn statements_in(&self, group: &str) -> Statements {
+        let mut statements = Statements::default();
+        for (path, _) in &self.container.attributes.0 {
+            let bare = path.trim_start_matches('/');
+            let name = bare.strip_prefix(group);
+            if let Some(name) = name.filter(|name| !name.contains(['/', '.'])) {
+                statements
+                    .all
+                    .extend(statement(&self.container.attributes, path, name, bare));
+            }
+        }
+        statements
+    }
+
+    /// What the attributes of a variable, its group or struct and the groups around it state: attributes, and arrays
+    /// whose name states something.
+    fn statements(&self, variable: usize) -> Result<Statements> {
+        let path = self.variable(variable).path.trim_start_matches('/');
+        let own = &self.variable(variable).attributes;
+        let mut statements = Statements::default();
+        for (name, _) in &own.0 {
+            let place = format!("{path}/{name}");
+            statements.all.extend(statement(own, name, name, &place));
+        }
+        // `NAME_unit` of the samples goes before a unit of the group.
+        let name = last_name(path);
+        let mut group = path;
+        while let Some(end) = group.rfind(['/', '.']).or((!group.is_empty()).then_some(0)) {
+            let prefix = &path[..end + usize::from(end > 0)];
+            group = &path[..end];
+            let mut found = self.statements_in(prefix).all;
+            for (i, other) in self.container.variables.iter().enumerate() {
+                let place = other.path.trim_start_matches('/');
+                let Some(name) = place
+                    .strip_prefix(prefix)
+                    .filter(|name| !name.contains(['/', '.']))
+                else {
+                    continue;
+                };
+                let is_list = other.sample_type.number().is_some()
+                    && other.dimensions.iter().filter(|d| d.len > 1).count() == 1
+                    && may_scale(name);
+                if i != variable && (is_list || self.is_number(i)) {
+                    found.push(Statement {
+                        name: name.to_owned(),
+                        place: place.to_owned(),
+                        value: Said::Numbers(self.unpacked(i)?),
+                        unit: self.unit(i),
+                    });
+                }
+            }
+            for one in &mut found {
+                // `velocity_unit` and `velocity_scale` are those of `velocity`.
+                let rest = one.name.strip_prefix(name);
+                let rest = rest.and_then(|rest| rest.strip_prefix('_'));
+                if let Some(rest) = rest {
+                    one.name = rest.to_owned();
+                }
+            }
+            statements.add_outer(found);
+        }
+        Ok(statements)
+    }
+}
+
+/// Where samples lie in bytes: the first one, steps from one index to the next, their order.
+type Placed = (u64, Vec<u64>, ByteOrder);
+
+/// An attribute as a statement.
+fn statement(attributes: &Attributes, key: &str, name: &str, place: &str) -> Option<Statement> {
+    let value = match (attributes.get(key)?, attributes.text(key)) {
+        (_, Some(text)) => Said::Text(text.to_owned()),
+        (Value::Integers(numbers), _) => Said::Numbers(numbers.iter().map(|&v| v as f64).collect()),
+        (Value::Numbers(numbers), _) => Said::Numbers(numbers.clone()),
+        _ => return None,
+    };
+    Some(Statement {
+        name: name.to_owned(),
+        place: place.to_owned(),
+        value,
+        unit: None,
+    })
+}
+
 /// The field of a file of `format`.
 pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
-    let container = open(source, format)?;
-    let choice = Choice::of(&container, source.options, source.stated.layout)
-        .map_err(|fault| source.fault(fault))?;
-    let (n_times, n_sites) = (choice.n_times(&container)?, choice.n_sites(&container)?);
-    let storage = load::storage(source, &container, &choice)?;
-    let variable = &container.variables[choice.variable];
+    let arrays = Arrays::open(source, format)?;
+    let container = &arrays.container;
+    let choice = Choice::of(&arrays)?;
+    let variable = arrays.variable(choice.variable);
+    let shape = [choice.n_times(&arrays)?, choice.n_sites(&arrays)?];
     let attributes = &variable.attributes;
     // What this program wrote says itself what is the field.
-    let own = own_schema(&container);
-    let mut notes = match own {
-        Some(_) => Vec::new(),
-        None => vec![choice.note(&container)],
+    let is_own = own_schema(container).is_some();
+    let statements = match is_own {
+        true => Statements::default(),
+        false => arrays.statements(choice.variable)?,
+    };
+    let fault = |fault| source.fault(fault);
+    let storage = load::storage(&arrays, &choice)?;
+    let mut notes = match is_own || format == Format::Npy {
+        true => Vec::new(),
+        false => vec![choice.note(&arrays)],
     };
     notes.extend(choice.notes.iter().cloned());
     let of_it = |remark: &&Remark| remark.variable.is_none_or(|about| about == choice.variable);
     let remarks = container.remarks.iter().filter(of_it);
-    notes.extend(remarks.map(|remark| Note::Remark {
-        text: remark.text.clone(),
-    }));
-    let stated = &source.stated;
-    let axis_of = |axis, place: Option<&choose::Place>, is_stated: bool| {
-        let rules = (!is_stated).then(|| source.options.evenness(axis));
-        axes::coordinates(&container, axis, place, rules).map_err(|fault| match fault {
-            AxisFault::Container(fault) => source.container_fault(fault),
-            AxisFault::Input(fault) => source.fault(fault),
-        })
-    };
-    let (time, time_notes) = axis_of("time", choice.times(), stated.dt.is_some())?;
-    let (space, space_notes) = axis_of("space", choice.sites(), stated.dx.is_some())?;
-    notes.extend(time_notes);
-    notes.extend(space_notes);
+    notes.extend(remarks.map(|remark| Note::doubt("remark", remark.text.clone())));
+    let (stated, options) = (&source.stated, source.options);
+    let time = statements.time(stated, options).map_err(fault)?;
+    let space = statements.space(stated, options).map_err(fault)?;
+    let time = axes::axis(&arrays, &time, Some(&choice.times), &mut notes)?;
+    let space = axes::axis(&arrays, &space, choice.sites.as_ref(), &mut notes)?;
     // Times that count from a date say so themselves.
     let is_dated = |note: &Note| matches!(note, Note::Start { .. });
     if let Some(start) = attributes.text("start_time")
@@ -78,178 +289,118 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         let time = start.to_owned();
         notes.push(Note::Start { time });
     }
-    let unit = attributes.text("units").map(str::to_owned);
-    let quantity = quantity(
-        &variable.path,
-        attributes.text("standard_name"),
-        unit.as_deref(),
-    );
-    let mut contents = Contents {
-        time: time.even,
-        space: space.even,
-        resampling: [time.resampling, space.resampling],
-        quantity,
+    let [scale, offset] = match is_own {
+        true => {
+            let (scale, offset) = scaling(attributes);
+            [scale, offset].map(Factor::One)
+        }
+        false => statements.scaling(shape, &mut notes).map_err(fault)?,
+    };
+    let unit = match is_own || stated.unit.is_some() {
+        true => arrays.unit(choice.variable),
+        false => statements.unit(&mut notes).map_err(fault)?,
+    };
+    let counts = |listed: &Listed| listed.even == Coordinates::default();
+    notes.extend(statements.unused([
+        counts(&time) && stated.dt.is_none(),
+        counts(&space) && stated.dx.is_none(),
+    ]));
+    let standard_name = attributes.text("standard_name");
+    let packing = packing(variable, format, [scale, offset], &mut notes).map_err(fault)?;
+    let quantity = quantity(&variable.path, standard_name, unit.as_deref());
+    let field = Field {
         unit,
         notes,
-        axis_names: [choice.times(), choice.sites()]
-            .map(|place| Some(choose::last_name(place?.name.as_deref()?).to_owned())),
-        ..Contents::of(storage.packed(packing(variable)), [n_times, n_sites])
+        axis_names: [Some(&choice.times), choice.sites.as_ref()]
+            .map(|place| Some(last_name(place?.name.as_deref()?).to_owned())),
+        ..Field::of_storage(storage.packed(packing), (shape[0], shape[1]))
     };
-    if own.is_none() {
-        let mut find = |name: &str| {
-            stated_beside(&container, choice.variable, name)
-                .map_err(|fault| source.container_fault(fault))
-        };
-        beside::complete(&mut contents, stated, &mut find)?;
+    let mut contents = Contents::of(field, [time, space], quantity);
+    if is_own {
+        arrays.of_run(&mut contents.field)?;
     } else {
-        let attributes = &container.attributes;
-        contents.dispersion = attributes.text("dispersion").map(str::to_owned);
-        contents.struck = match attributes.get("struck_site") {
-            Some(Value::Integers(sites)) => sites.first().and_then(|&site| site.try_into().ok()),
-            _ => None,
-        };
-        contents.struck = contents.struck.filter(|site| *site < n_sites);
-        contents.masses =
-            masses(&container, n_sites).map_err(|fault| source.container_fault(fault))?;
+        contents.note_doubts(choice.is_layout_known || stated.layout.is_some());
     }
-    contents.note_doubts(choice.is_layout_known || stated.layout.is_some());
     if attributes.get("delays").is_none() {
         return Ok(contents);
     }
-    match source.options.delays {
+    match options.delays {
         Delays::Ignore => {
-            contents.notes.push(Note::Delays);
+            contents.field.notes.push(Note::Delays);
             Ok(contents)
         }
-        treated => delays::aligned(source, &container, contents, treated),
+        treated => delays::aligned(&arrays, contents, treated),
     }
 }
 
-/// The masses of a graded chain of `n_sites` bodies, of a run.
-fn masses(container: &Container, n_sites: usize) -> wavecascade_formats::Result<Option<Vec<f64>>> {
-    let numbers = |name| {
-        container
-            .find(name)
-            .map(|i| container.numbers(i))
-            .transpose()
-    };
-    let bodies = numbers("mass")?.zip(numbers("contact_coefficient")?);
-    let bodies = bodies.filter(|(masses, _)| masses.len() == n_sites);
-    Ok(bodies.and_then(|(masses, coefficients)| graded_masses(&masses, &coefficients)))
-}
-
-/// What the attributes of a variable, else its group or struct, else the groups around it state under a name:
-/// an attribute or a variable of one number.
-fn stated_beside(
-    container: &Container,
-    variable: usize,
-    name: &str,
-) -> wavecascade_formats::Result<Option<Beside>> {
-    let path = container.variables[variable].path.trim_start_matches('/');
-    let of = |attributes: &Attributes, found: &str| match attributes.text(found) {
-        Some(text) => Some(beside::Value::Text(text.to_owned())),
-        None => attributes.number(found).map(beside::Value::Number),
-    };
-    let attribute = |attributes: &Attributes, wanted: &str| {
-        let mut names = attributes.0.iter().map(|(found, _)| found.clone());
-        let found = names.find(|found| found.eq_ignore_ascii_case(wanted))?;
-        of(attributes, &found).map(|value| (found, value))
-    };
-    if let Some((found, value)) = attribute(&container.variables[variable].attributes, name) {
-        let place = format!("{path}/{found}");
-        return Ok(Some(Beside { place, value }));
-    }
-    let mut group = path;
-    while let Some(end) = group.rfind(['/', '.']).or((!group.is_empty()).then_some(0)) {
-        let prefix = &path[..end + usize::from(end > 0)];
-        group = &path[..end];
-        let wanted = format!("{prefix}{name}");
-        if let Some((place, value)) = attribute(&container.attributes, &wanted) {
-            return Ok(Some(Beside { place, value }));
-        }
-        for (i, other) in container.variables.iter().enumerate() {
-            let place = other.path.trim_start_matches('/');
-            let is_number = other.count() == Some(1) && other.sample_type.number().is_some();
-            if is_number && place.eq_ignore_ascii_case(&wanted) {
-                let value = beside::Value::Number(unpacked(container, i)?[0]);
-                return Ok(Some(Beside {
-                    place: place.to_owned(),
-                    value,
-                }));
+impl Arrays<'_> {
+    /// What a file of this program says beside a field: a dispersion relation, the body that was struck, and the masses
+    /// of a graded chain.
+    fn of_run(&self, field: &mut Field) -> Result<()> {
+        let n_sites = field.n_sites;
+        let attributes = &self.container.attributes;
+        field.dispersion = attributes.text("dispersion").map(str::to_owned);
+        let numbers = |name| {
+            self.container
+                .find(name)
+                .map(|i| self.numbers(i))
+                .transpose()
+        };
+        field.struck = match (attributes.get("struck_site"), &self.archive) {
+            (Some(Value::Integers(sites)), _) => {
+                sites.first().and_then(|&site| site.try_into().ok())
             }
-        }
-    }
-    Ok(None)
-}
-
-/// Single numbers of a file that may be the position of its record: attributes of the field and of the file,
-/// variables of one number.
-pub(super) fn positions(
-    source: &FileSource,
-    format: Format,
-    asked: Option<&str>,
-) -> Result<Vec<NamedNumber>> {
-    let container = open(source, format)?;
-    let choice = Choice::of(&container, source.options, source.stated.layout).ok();
-    // Of several groups of records the coordinates are `/x/1`, `/x/2`.
-    let is_it = |name: &str| {
-        let bare = name.trim_start_matches('/');
-        let mut parts = bare.split(['/', '.']);
-        match asked {
-            Some(asked) => bare == asked.trim_start_matches('/') || parts.any(|part| part == asked),
-            None => {
-                let is_known =
-                    |part: &str| names::POSITION.contains(&part.to_ascii_lowercase().as_str());
-                parts.any(is_known)
+            (_, Some(archive)) if self.container.find("scene").is_some() => {
+                archive.borrow_mut().struck(n_sites)?
             }
-        }
-    };
-    let own = choice.map(|choice| &container.variables[choice.variable].attributes);
-    let mut found = Vec::new();
-    for attributes in own.into_iter().chain([&container.attributes]) {
-        let named = attributes.0.iter().filter(|(name, _)| is_it(name));
-        found.extend(named.filter_map(|(name, _)| of_attribute(attributes, name)));
+            _ => None,
+        };
+        field.struck = field.struck.filter(|site| *site < n_sites);
+        let bodies = numbers("mass")?.zip(numbers("contact_coefficient")?);
+        let bodies = bodies.filter(|(masses, _)| masses.len() == n_sites);
+        field.masses = bodies.and_then(|(masses, contacts)| graded_masses(&masses, &contacts));
+        Ok(())
     }
-    for (i, variable) in container.variables.iter().enumerate() {
-        let is_number = variable.count() == Some(1) && variable.sample_type.number().is_some();
-        if !is_number || !is_it(&variable.path) {
-            continue;
-        }
-        let numbers = unpacked(&container, i).map_err(|fault| source.container_fault(fault))?;
-        let value = numbers[0];
-        let sample = variable.sample_type.number();
-        let relative = sample.map_or(f64::EPSILON, |sample| sample.relative_rounding());
-        found.push(NamedNumber {
-            name: variable.path.trim_start_matches('/').to_owned(),
-            value,
-            unit: variable.attributes.text("units").map(length_unit),
-            rounding: relative * value.abs(),
-        });
-    }
-    Ok(found)
-}
 
-/// An attribute that is a number, or a text of a number and a unit.
-fn of_attribute(attributes: &Attributes, name: &str) -> Option<NamedNumber> {
-    let beside = || {
-        let endings = ["_unit", "_units"].iter();
-        endings
-            .filter_map(|end| attributes.text(&format!("{name}{end}")))
-            .next()
-    };
-    let (value, unit) = match attributes.number(name) {
-        Some(value) => (value, beside().map(length_unit)),
-        None => match Label::parse(attributes.text(name)?)? {
-            Label::Value { value, unit } => (value, unit.as_deref().or(beside()).map(length_unit)),
-            Label::Index(_) => return None,
-        },
-    };
-    Some(NamedNumber {
-        name: name.to_owned(),
-        value,
-        unit,
-        rounding: f64::EPSILON * value.abs(),
-    })
+    /// Single numbers of a file that may be the position of its record, or have the name `asked`: attributes of the field
+    /// and of the file, variables of one number.
+    pub(super) fn positions(&self, asked: Option<&str>) -> Result<Vec<NamedNumber>> {
+        // Of several groups of records the coordinates are `/x/1`, `/x/2`.
+        let is_it = |name: &str| {
+            let bare = name.trim_start_matches('/');
+            let mut parts = bare.split(['/', '.']);
+            match asked {
+                Some(asked) => {
+                    bare == asked.trim_start_matches('/') || parts.any(|part| part == asked)
+                }
+                None => parts.any(|part| known_as(part, Meaning::RecordPosition).is_some()),
+            }
+        };
+        let choice = Choice::of(self).ok();
+        let own = choice.map(|choice| &self.variable(choice.variable).attributes);
+        let mut found = Vec::new();
+        for attributes in own.into_iter().chain([&self.container.attributes]) {
+            let all = attributes.0.iter();
+            let all = all.filter_map(|(name, _)| statement(attributes, name, name, name));
+            let statements = Statements::of_all(all.collect());
+            found.extend(statements.numbers(is_it));
+        }
+        for (i, variable) in self.container.variables.iter().enumerate() {
+            if !self.is_number(i) || !is_it(&variable.path) {
+                continue;
+            }
+            let value = self.unpacked(i)?[0];
+            let sample = variable.sample_type.number();
+            let relative = sample.map_or(f64::EPSILON, |sample| sample.relative_rounding());
+            found.push(NamedNumber {
+                name: variable.path.trim_start_matches('/').to_owned(),
+                value,
+                unit: self.unit(i).map(|unit| length_unit(&unit)),
+                rounding: relative * value.abs(),
+            });
+        }
+        Ok(found)
+    }
 }
 
 /// The symbol of a unit of length; another unit as it is.
@@ -304,18 +455,11 @@ pub(super) fn parts(bytes: Arc<FileBytes>) -> Option<wavecascade_formats::Result
     Some(arrays.map(|arrays| (texts, arrays)))
 }
 
-/// The arrays of a file of `format`.
-pub(super) fn open(source: &FileSource, format: Format) -> Result<Container> {
-    let mut options = Options::default();
-    options.memory = source.options.memory;
-    let container = match format {
-        Format::Zarr => wavecascade_formats::open_directory(format, source.path, &options),
-        _ => wavecascade_formats::open(format, source.bytes.clone(), &options),
-    };
-    container.map_err(|fault| source.container_fault(fault))
-}
-
 impl FileSource<'_> {
+    fn container_faults(&self) -> impl Fn(wavecascade_formats::Error) -> Error {
+        |fault| self.container_fault(fault)
+    }
+
     /// A fault of a container as one of its file.
     fn container_fault(&self, fault: wavecascade_formats::Error) -> Error {
         match fault {
@@ -345,47 +489,93 @@ fn scaling(attributes: &Attributes) -> (f64, f64) {
     )
 }
 
-/// The numbers that those of a variable stand for.
-fn unpacked(container: &Container, i: usize) -> wavecascade_formats::Result<Vec<f64>> {
-    let (scale, offset) = scaling(&container.variables[i].attributes);
-    let numbers = container.numbers(i)?.into_iter();
-    Ok(numbers.map(|v| scale * v + offset).collect())
+fn is_float(sample: Sample) -> bool {
+    matches!(
+        sample,
+        Sample::F16 | Sample::F32 | Sample::F64 | Sample::IbmF32
+    )
 }
 
-/// Scale, offset and gaps as the CF conventions name them.
-fn packing(variable: &wavecascade_formats::Variable) -> Option<Packing> {
-    use wavecascade_formats::Sample;
+/// Scale, offset and gaps as the CF conventions name them: gaps and limits in stored numbers.
+///
+/// # Errors
+/// Limits that contradict each other.
+fn packing(
+    variable: &Variable,
+    format: Format,
+    [scale, offset]: [Factor; 2],
+    notes: &mut Vec<Note>,
+) -> Result<Packing, InputFault> {
     /// What NetCDF fills floats with that were never written.
     const UNWRITTEN: f64 = 9.969_209_968_386_869e36;
     let attributes = &variable.attributes;
-    let mut gaps = Vec::new();
-    for name in ["_FillValue", "missing_value"] {
-        match attributes.get(name) {
-            Some(Value::Integers(values)) => gaps.extend(values.iter().map(|&v| v as f64)),
-            Some(Value::Numbers(values)) => gaps.extend(values),
-            _ => gaps.extend(
-                attributes
-                    .text(name)
-                    .and_then(|text| text.parse::<f64>().ok()),
-            ),
+    let sample = variable.sample_type.number();
+    let numbers = |name: &str| match attributes.get(name) {
+        Some(Value::Integers(values)) => values.iter().map(|&v| v as f64).collect(),
+        Some(Value::Numbers(values)) => values.clone(),
+        _ => {
+            let text = attributes.text(name).unwrap_or_default();
+            let words = text.split(|c: char| c == ',' || c.is_whitespace());
+            words
+                .filter_map(|word| word.parse::<f64>().ok())
+                .collect::<Vec<f64>>()
         }
-    }
-    gaps.retain(|gap| !gap.is_nan());
-    // A gap stated with more digits than the samples have is one of them, rounded.
-    if variable.sample_type.number() == Some(Sample::F32) {
-        gaps.iter_mut()
-            .for_each(|gap| *gap = f64::from(*gap as f32));
-    }
-    let is_float = matches!(
-        variable.sample_type.number(),
-        Some(Sample::F32 | Sample::F64)
-    );
-    // A stated fill value takes the place of the usual one.
-    if is_float && attributes.get("_FillValue").is_none() {
+    };
+    // A number stated with more digits than the samples have is one of them, rounded.
+    let rounded = |number: f64| match sample {
+        Some(Sample::F32) => f64::from(number as f32),
+        _ => number,
+    };
+    let gaps = ["_FillValue", "missing_value"]
+        .map(numbers)
+        .concat()
+        .into_iter();
+    let mut gaps: Vec<f64> = gaps.filter(|gap| !gap.is_nan()).map(rounded).collect();
+    let is_float = sample.is_some_and(is_float);
+    // A stated fill value takes the place of the usual one, which NumPy has not.
+    let has_usual = !matches!(format, Format::Npy | Format::Npz);
+    if is_float && has_usual && attributes.get("_FillValue").is_none() {
         gaps.push(UNWRITTEN);
     }
-    let (scale, offset) = scaling(attributes);
-    Packing::new(scale, offset, gaps)
+    let mut limits = [f64::NEG_INFINITY, f64::INFINITY];
+    let mut is_set = [None; 2];
+    for name in ["valid_range", "valid_min", "valid_max"] {
+        let found = numbers(name);
+        let found: Vec<(usize, f64)> = match (name, &found[..]) {
+            (_, []) => continue,
+            ("valid_range", &[least, most]) => vec![(0, least), (1, most)],
+            ("valid_min", &[least]) => vec![(0, least)],
+            ("valid_max", &[most]) => vec![(1, most)],
+            _ => Vec::new(),
+        };
+        // Limits of another type than the samples are in no numbers that are known.
+        let is_of_type = |number: f64| is_float || number.fract() == 0.0;
+        if found.is_empty() || !found.iter().all(|(_, number)| is_of_type(*number)) {
+            notes.push(unused(&format!(
+                "`{name}`, whose numbers are not of the type of the samples,"
+            )));
+            continue;
+        }
+        for (end, number) in found {
+            let number = rounded(number);
+            if let Some(other) = is_set[end].filter(|_| limits[end] != number) {
+                let of = |name: &str, limit: f64| format!("`{name}` = {limit}");
+                let what = "limit of valid samples";
+                return Err(contradiction(
+                    what,
+                    of(other, limits[end]),
+                    of(name, number),
+                ));
+            }
+            (limits[end], is_set[end]) = (number, Some(name));
+        }
+    }
+    Ok(Packing {
+        scale,
+        offset,
+        gaps,
+        valid: is_set.iter().any(Option::is_some).then_some(limits),
+    })
 }
 
 /// The quantity that a name, or else a unit, stands for.
@@ -394,7 +584,7 @@ pub(super) fn quantity(
     standard_name: Option<&str>,
     unit: Option<&str>,
 ) -> Option<Quantity> {
-    let last = choose::last_name(path).to_ascii_lowercase();
+    let last = last_name(path).to_ascii_lowercase();
     let names = [Some(last.as_str()), standard_name];
     let by_name = Quantity::ALL.into_iter().find(|quantity| {
         let is_it =
@@ -435,21 +625,17 @@ mod tests {
 
     #[test]
     fn a_unit_names_its_quantity() {
-        for (unit, quantity) in [
-            ("m/s", Some(Quantity::Velocity)),
-            ("mm/s", Some(Quantity::Velocity)),
-            ("m s-1", Some(Quantity::Velocity)),
-            ("m s**-1", Some(Quantity::Velocity)),
-            ("\u{b5}m/s", Some(Quantity::Velocity)),
-            ("m/s^2", Some(Quantity::Acceleration)),
-            ("g", Some(Quantity::Acceleration)),
+        for (units, quantity) in [
+            ("m/s|mm/s|m s-1|m s**-1|\u{b5}m/s", Some(Quantity::Velocity)),
+            ("m/s^2|g", Some(Quantity::Acceleration)),
             ("nm", Some(Quantity::Displacement)),
             ("strain/s", Some(Quantity::StrainRate)),
             ("kN", Some(Quantity::Force)),
-            ("Pa", None),
-            ("counts", None),
+            ("Pa|counts", None),
         ] {
-            assert_eq!(of_unit(unit), quantity, "{unit}");
+            for unit in units.split('|') {
+                assert_eq!(of_unit(unit), quantity, "{unit}");
+            }
         }
     }
 }

@@ -11,11 +11,12 @@ use rayon::prelude::*;
 
 use super::align::Alignment;
 use super::assembly::Assembly;
-use super::coordinates::{Coordinates, Listed, StatedAxis};
+use super::coordinates::{Coordinates, Listed};
 use super::options::OpenOptions;
 use super::resample::resampled;
 use super::{Field, Note};
 use crate::error::{Error, Result, ScanFault};
+use crate::measure::digits;
 use position::{Positions, factor, fault_of};
 use records::Head;
 
@@ -198,13 +199,9 @@ impl Scan {
             unit: positions.unit,
             ..listed.even
         };
-        let stated = StatedAxis {
-            origin: options.x0,
-            step: options.dx,
-            unit: options.space_unit.clone(),
-        };
         let first = &heads[0];
-        let space = even.axis(stated).map_err(Error::input(&first.path))?;
+        let space = even.axis([options.x0, options.dx], options.space_unit.clone());
+        let space = space.map_err(Error::input(&first.path))?;
         let mut time = first.time.clone();
         time.origin += alignment.start as f64 * time.step;
         let field = Field {
@@ -303,18 +300,23 @@ impl Scan {
     }
 
     fn note(&self, records: &[ScanRecord], n_sites: usize, unit: Option<&str>) -> Note {
-        Note::Scan {
-            files: records.len(),
-            sites: n_sites,
-            positions_from: match &self.position {
-                PositionFrom::Name(_) => "the names of the files".into(),
-                PositionFrom::Header(_) => "the headers of the files".into(),
-                PositionFrom::Table(table) => table.display().to_string(),
-                PositionFrom::Listed { .. } => "a list".into(),
-            },
-            range: [records[0].position, records[records.len() - 1].position],
-            unit: unit.map(str::to_owned),
-        }
+        let positions_from = match &self.position {
+            PositionFrom::Name(_) => "the names of the files".into(),
+            PositionFrom::Header(_) => "the headers of the files".into(),
+            PositionFrom::Table(table) => table.display().to_string(),
+            PositionFrom::Listed { .. } => "a list".into(),
+        };
+        let files = records.len();
+        let sites = match files == n_sites {
+            true => "one site a file".into(),
+            false => format!("{n_sites} sites, equal positions averaged"),
+        };
+        let [first, last] = [&records[0], &records[files - 1]].map(|of| digits(of.position));
+        let unit = unit.unwrap_or_default();
+        let text = format!(
+            "{files} files are one field, {sites}; positions from {positions_from}, {first} to {last} {unit}"
+        );
+        Note::told("scan", text.trim_end())
     }
 }
 
@@ -341,10 +343,9 @@ fn in_unit(mut positions: Positions, unit: Option<&str>) -> Positions {
     else {
         return positions;
     };
-    positions
-        .values
-        .iter_mut()
-        .for_each(|value| *value *= factor);
+    for value in &mut positions.values {
+        *value *= factor;
+    }
     positions.rounding *= factor;
     positions.unit = Some(unit.to_owned());
     positions

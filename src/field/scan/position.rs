@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::super::csv::{number, printed_unit};
-use super::super::names::position_unit;
+use super::super::meaning::{Meaning, known_as};
 use super::super::open::header_numbers;
 use super::super::options::OpenOptions;
 use super::PositionFrom;
@@ -280,16 +280,19 @@ fn of_table(table: &Path, paths: &[PathBuf]) -> Result<Positions> {
         .from_reader(&bytes[..]);
     let parse = |error: csv::Error| unfit("a table of files and positions", error.to_string());
     let header = reader.headers().map_err(parse)?.clone();
-    let columns =
-        "a header with the columns `file` and `position`, with its unit such as position_mm";
+    let is_file = |name: &str| name.to_ascii_lowercase().starts_with("file");
     let unit = match (
         header.len(),
-        header.get(0),
-        header.get(1).map(position_unit),
+        header.get(0).is_some_and(is_file),
+        header.get(1),
     ) {
-        (2, Some(file), Some(Some(unit))) if file.to_ascii_lowercase().starts_with("file") => unit,
-        _ => return Err(unfit(columns, header.iter().collect::<Vec<_>>().join(", "))),
+        (2, true, Some(name)) => known_as(name, Meaning::Position),
+        _ => None,
     };
+    let columns =
+        "a header with the columns `file` and `position`, with its unit such as position_mm";
+    let found = || header.iter().collect::<Vec<_>>().join(", ");
+    let unit = unit.ok_or_else(|| unfit(columns, found()))?;
     let mut rows: Vec<(String, f64, f64)> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(parse)?;
@@ -331,28 +334,22 @@ mod tests {
 
     #[test]
     fn numbers_of_a_name() {
-        let found = |name: &str| -> Vec<(String, f64, Option<String>)> {
+        for (name, expected) in [
+            ("x=12.5mm", "x 12.5 mm"),
+            ("scan-007", "scan 7 "),
+            ("pos_-3.25_v2", "pos -3.25 ; v 2 "),
+            ("x=1e-3m", "x 0.001 m"),
+            ("x1", "x 1 "),
+            ("20260101_003", "1 20260101 ; 2 3 "),
+            ("hammer", ""),
+        ] {
             let (_, numbers) = numbers_in(name);
-            numbers
-                .into_iter()
-                .map(|one| (one.name, one.value, one.unit))
-                .collect()
-        };
-        let one = |name: &str, value: f64, unit: Option<&str>| {
-            (name.to_owned(), value, unit.map(str::to_owned))
-        };
-        assert_eq!(found("x=12.5mm"), [one("x", 12.5, Some("mm"))]);
-        assert_eq!(found("scan-007"), [one("scan", 7.0, None)]);
-        assert_eq!(
-            found("pos_-3.25_v2"),
-            [one("pos", -3.25, None), one("v", 2.0, None)]
-        );
-        assert_eq!(found("x=1e-3m"), [one("x", 1e-3, Some("m"))]);
-        assert_eq!(found("x1"), [one("x", 1.0, None)]);
-        assert_eq!(
-            found("20260101_003"),
-            [one("1", 20_260_101.0, None), one("2", 3.0, None)]
-        );
-        assert_eq!(found("hammer"), []);
+            let one = |of: &NamedNumber| {
+                let unit = of.unit.as_deref().unwrap_or_default();
+                format!("{} {} {unit}", of.name, of.value)
+            };
+            let found: Vec<String> = numbers.iter().map(one).collect();
+            assert_eq!(found.join("; "), expected, "{name}");
+        }
     }
 }

@@ -185,7 +185,7 @@ fn array(path: &Path, options: &OpenOptions) -> Result<Option<Field>> {
             option: "variable", ..
         }) => Ok(None),
         Err(Error::Input {
-            fault: InputFault::NoSuchVariable { .. } | InputFault::NoSuchMember { .. },
+            fault: InputFault::NoSuchVariable { .. },
             ..
         }) => Ok(None),
         Err(error) => Err(error),
@@ -205,36 +205,29 @@ pub(super) fn check_alike(heads: &[Head], jitter: f64) -> Result<()> {
         let unit = |unit: &Option<String>| unit.clone().unwrap_or_else(|| "not stated".into());
         // Over the whole record, less than a jitter.
         let drift = (head.time.step - first.time.step).abs() * head.n_times as f64;
-        let both = [first, head];
-        let compared = [
+        let is_one_step = drift <= jitter.max(1e-6) * first.time.step;
+        let step = |of: &Head| match is_one_step {
+            true => String::new(),
+            false => of.time.step.to_string(),
+        };
+        let quantity = |of: &Head| of.quantity.name().to_owned();
+        for (what, [expected, found]) in [
             (
                 "the unit of time",
-                first.time.unit == head.time.unit,
-                both.map(|of| unit(&of.time.unit)),
+                [first, head].map(|of| unit(&of.time.unit)),
             ),
-            (
-                "the step",
-                drift <= jitter.max(1e-6) * first.time.step,
-                both.map(|of| of.time.step.to_string()),
-            ),
-            (
-                "the quantity",
-                first.quantity == head.quantity,
-                both.map(|of| of.quantity.name().to_owned()),
-            ),
-            (
-                "the unit",
-                first.unit == head.unit,
-                both.map(|of| unit(&of.unit)),
-            ),
-        ];
-        if let Some((what, _, [expected, found])) = compared.into_iter().find(|of| !of.1) {
-            let unlike = ScanFault::Unlike {
-                what,
-                expected,
-                found,
-            };
-            return Err(fault_of(&head.path, unlike));
+            ("the step", [first, head].map(step)),
+            ("the quantity", [first, head].map(quantity)),
+            ("the unit", [first, head].map(|of| unit(&of.unit))),
+        ] {
+            if expected != found {
+                let unlike = ScanFault::Unlike {
+                    what,
+                    expected,
+                    found,
+                };
+                return Err(fault_of(&head.path, unlike));
+            }
         }
     }
     Ok(())
