@@ -143,8 +143,8 @@ pub(super) fn container(bytes: &Arc<FileBytes>) -> Result<Container, InputFault>
     }
     header.check_samples()?;
     header.check_len(bytes.len() as u64)?;
-    let mut container = Container::new(Format::Npy, Arc::clone(bytes) as _, None);
-    container.variables.push(header.variable("array".into()));
+    let mut container = Container::new(Format::Npy, &(Arc::clone(bytes) as _));
+    container.push(header.variable("array".into()));
     Ok(container)
 }
 

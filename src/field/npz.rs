@@ -122,7 +122,7 @@ impl<'a> Archive<'a> {
     /// # Errors
     /// A member that is damaged and whose name says something about the field.
     pub(super) fn container(&mut self) -> Result<Container> {
-        let mut container = Container::new(Format::Npz, Arc::clone(&self.source.bytes) as _, None);
+        let mut container = Container::new(Format::Npz, &(Arc::clone(&self.source.bytes) as _));
         for index in 0..self.members.len() {
             let name = self.members[index].name.clone();
             let matters = Statements::default().is_one(&name)
@@ -157,7 +157,7 @@ impl<'a> Archive<'a> {
             if !self.is_stored(index) {
                 variable.place = Place::Encoded { rows: 1 };
             }
-            container.variables.push(variable);
+            container.push(variable);
             if let Some(text) = text {
                 container.attributes.insert_text(name, text);
             }

@@ -201,7 +201,7 @@ impl Variable {
 
 impl Container {
     /// A file without variables so far.
-    pub(crate) fn new(format: Format, bytes: &Bytes) -> Container {
+    pub fn new(format: Format, bytes: &Bytes) -> Container {
         // Deflate encodes at most 258 bytes in two bits.
         const MAX_INFLATION: u64 = 1032;
         let length = (**bytes).as_ref().len() as u64;
@@ -216,8 +216,8 @@ impl Container {
         }
     }
 
-    /// Adds a variable that lies in the file, or holds no numbers.
-    pub(crate) fn push(&mut self, variable: Variable) {
+    /// Adds a variable that lies in the file, or holds no numbers, or that only the caller decodes.
+    pub fn push(&mut self, variable: Variable) {
         self.variables.push(variable);
         self.decoders.push(None);
     }
