@@ -465,8 +465,9 @@ impl Table<'_> {
                 });
                 return Err(contradiction("clock", first, other));
             }
-            // The one that says more.
-            if best.unit.is_none() && other.unit.is_some() {
+            // The one that says more: a date alone agrees with every time of its day.
+            let is_finer = best.unit == other.unit && other.rounding < best.rounding;
+            if best.unit.is_none() && other.unit.is_some() || is_finer {
                 best = other;
             }
         }

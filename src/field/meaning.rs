@@ -280,6 +280,8 @@ pub(super) struct Statements {
 #[derive(Debug, Clone)]
 struct Known<D: Dimension> {
     measure: Measure<D>,
+    /// The unit that stands beside the number.
+    unit: Option<&'static str>,
     statement: Statement,
     what: &'static str,
 }
@@ -438,21 +440,18 @@ impl Statements {
         what: &'static str,
         in_unit: fn(&str, &str) -> Option<Measure<D>>,
     ) -> Vec<Known<D>> {
-        let measure = |one: &Statement| {
+        let found = self.of(meaning).filter_map(|one| {
             let (number, own) = one.number()?;
             let in_name = means(&one.name, meaning, self.are_settings).flatten();
-            let mut units = [own, one.unit.clone(), in_name, self.unit_of(&one.name)]
-                .into_iter()
-                .flatten();
-            let with_unit = units.find_map(|unit| in_unit(&number, &unit));
-            with_unit.or_else(|| number.parse().ok().map(Measure::new))
-        };
-        let found = self.of(meaning).filter_map(|one| {
-            let measure = measure(one).filter(|measure| measure.value.is_finite())?;
-            let statement = one.clone();
-            Some(Known {
+            let beside = self.unit_of(&one.name);
+            let units = [own, one.unit.clone(), in_name, beside.clone()];
+            let with_unit = |unit: String| in_unit(&number, &unit);
+            let measure = units.into_iter().flatten().find_map(with_unit);
+            let measure = measure.or_else(|| number.parse().ok().map(Measure::new))?;
+            measure.value.is_finite().then(|| Known {
                 measure,
-                statement,
+                unit: beside.and_then(|unit| symbol::<D>(&unit)),
+                statement: one.clone(),
                 what,
             })
         });
@@ -714,7 +713,8 @@ impl<D: Dimension + Copy> AxisBeside<D> {
                 }
             }
             (Some(known), _) => {
-                let own = known.measure.has_unit.then(|| D::UNITS[0].0.to_owned());
+                let unit = known.unit.unwrap_or(D::UNITS[0].0);
+                let own = known.measure.has_unit.then(|| unit.to_owned());
                 let of_axis = self.unit.clone();
                 let of_axis = of_axis.filter(|unit| own.is_none() || symbol::<D>(unit).is_some());
                 even.unit = even.unit.take().or(of_axis).or(own);

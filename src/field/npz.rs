@@ -297,7 +297,9 @@ impl<'a> Archive<'a> {
     /// The header of a member, the bytes that hold its samples, and where these start.
     pub(super) fn load(&mut self, index: usize) -> Result<(npy::Header, Bytes, usize)> {
         let header = self.header(index).and_then(|header| {
-            header.check_samples()?;
+            if !header.shape.is_empty() {
+                header.check_samples()?;
+            }
             let expected = header.file_len()?;
             Ok((header, expected))
         });

@@ -142,7 +142,7 @@ fn what_is_said_of_a_conversion() {
         (2, "convert a.npy a.nc", "--force"),
         (2, "convert a.npy b.h5", ".nc"),
         (2, "convert a.npy mine.nc --force", "mine.nc"),
-        (2, "convert a.npy b.nc --at y=1", "--at"),
+        (1, "convert a.npy b.nc --at y=1", "dimension \"y\""),
         (1, "convert none.npy b.nc", "none.npy"),
         (2, "convert a.npy", "<OUT>"),
     ] {

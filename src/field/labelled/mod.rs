@@ -191,8 +191,9 @@ impl<'a> Arrays<'a> {
             let place = format!("{path}/{name}");
             statements.all.extend(statement(own, name, name, &place));
         }
-        // `NAME_unit` of the samples goes before a unit of the group.
-        let name = last_name(path);
+        // `velocity_unit` and `velocity_scale` are those of `velocity`.
+        let own_name = format!("{}_", last_name(path));
+        let of_it = |name: &'_ str| name.strip_prefix(&own_name).unwrap_or(name).to_owned();
         let mut group = path;
         while let Some(end) = group.rfind(['/', '.']).or((!group.is_empty()).then_some(0)) {
             let prefix = &path[..end + usize::from(end > 0)];
@@ -208,7 +209,7 @@ impl<'a> Arrays<'a> {
                 };
                 let is_list = other.sample_type.number().is_some()
                     && other.dimensions.iter().filter(|d| d.len > 1).count() == 1
-                    && may_scale(name);
+                    && may_scale(&of_it(name));
                 if i != variable && (is_list || self.is_number(i)) {
                     found.push(Statement {
                         name: name.to_owned(),
@@ -219,12 +220,7 @@ impl<'a> Arrays<'a> {
                 }
             }
             for one in &mut found {
-                // `velocity_unit` and `velocity_scale` are those of `velocity`.
-                let rest = one.name.strip_prefix(name);
-                let rest = rest.and_then(|rest| rest.strip_prefix('_'));
-                if let Some(rest) = rest {
-                    one.name = rest.to_owned();
-                }
+                one.name = of_it(&one.name);
             }
             statements.add_outer(found);
         }
