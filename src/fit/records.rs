@@ -5,11 +5,11 @@ use ndarray::Array2;
 use crate::chain::Chain;
 use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::field::{Axis, Quantity};
-use crate::numeric::{Random, median, sorted};
+use crate::measure::{self, Dimension};
 use crate::transform::{RecordScratch, RecordTransform, fold};
 use crate::{Error, Field, Result};
 
-use super::key::{ratio, refuse};
+use super::key::refuse;
 use super::shown::place;
 
 /// By how much of the distance of bodies a site may be off a body.
@@ -17,12 +17,6 @@ const OFF: f64 = 0.05;
 
 /// Fewest samples of a record and of all, for each unknown, that can be fitted.
 const LEAST: usize = 8;
-
-/// Samples whose squares, and those of their noise, are numbers.
-const SIZES: std::ops::RangeInclusive<f64> = 1e-120..=1e120;
-
-/// Draws of noise within a step of rounding, before the likeliest one is taken.
-const DRAWS: usize = 200;
 
 /// Records of a quantity at bodies, or of forces at contacts, of a chain.
 ///
@@ -42,7 +36,7 @@ pub struct Records {
 
 impl Records {
     /// The records of a field of a scene's chain. `bodies` are those of the field's sites; by default each site is at
-    /// the body that its name numbers, else at that of its own number, or where the field states positions and the scene the distance of its bodies, at that of
+    /// the body of its number, or where the field states positions and the scene the distance of its bodies, at that of
     /// its position.
     ///
     /// # Errors
@@ -60,77 +54,23 @@ impl Records {
             }
             None => bodies_of(field, setup, scales.length)?,
         };
-        let mut records = Records {
+        let mut values = vec![0.0; n * m];
+        field.read_site_major(0..n, 0..m, &mut values);
+        values.iter_mut().for_each(|value| {
+            *value = match value.is_finite() {
+                true => *value * scales.sample,
+                false => f64::NAN,
+            }
+        });
+        let records = Records {
             quantity: field.quantity,
             times: (0..n).map(|i| scales.time * field.time.at(i)).collect(),
             bodies,
-            values: Vec::new(),
+            values,
             units: scales.units,
         };
-        // Before a large field is read.
         records.check(setup)?;
-        let mut values = vec![0.0; n * m];
-        field.read_site_major(0..n, 0..m, &mut values);
-        for value in &mut values {
-            *value = if value.is_finite() {
-                *value * scales.sample
-            } else {
-                f64::NAN
-            };
-        }
-        records.values = values;
-        records.check_size()?;
         Ok(records)
-    }
-
-    /// That squares of the samples, and of their noise, are numbers above 0.
-    fn check_size(&self) -> Result<()> {
-        let known = self.values.iter().filter(|value| value.is_finite());
-        let largest = known.fold(0.0, |m: f64, value| m.max(value.abs()));
-        if SIZES.contains(&largest) {
-            return Ok(());
-        }
-        let expected = format!(
-            "samples of which the largest is {:e} to {:e}",
-            SIZES.start(),
-            SIZES.end()
-        );
-        Err(Error::request("field", expected, format!("{largest:e}")))
-    }
-
-    /// Without samples.
-    pub(super) fn without_values(&self) -> Records {
-        Records {
-            quantity: self.quantity,
-            times: self.times.clone(),
-            bodies: self.bodies.clone(),
-            values: Vec::new(),
-            units: self.units.clone(),
-        }
-    }
-
-    /// The same samples, with a sign, as those of other bodies.
-    pub(super) fn placed(&self, places: &[(usize, f64)]) -> Records {
-        let records = self.values.chunks_exact(self.times.len()).zip(places);
-        let signed = records.flat_map(|(record, (_, sign))| record.iter().map(move |v| sign * v));
-        Records {
-            values: signed.collect(),
-            bodies: places.iter().map(|(body, _)| *body).collect(),
-            ..self.without_values()
-        }
-    }
-
-    /// How many steps later than those of a run half of the largest values are first reached, in the middle of all records.
-    pub(super) fn delay(&self, run: &[f64]) -> f64 {
-        let n = self.times.len();
-        let half = |record: &[f64]| {
-            let largest = record.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            let is_half = |v: &f64| largest > 0.0 && v.abs() >= 0.5 * largest;
-            record.iter().position(is_half).map(|at| at as f64)
-        };
-        let pairs = self.values.chunks_exact(n).zip(run.chunks_exact(n));
-        let delays = pairs.filter_map(|(measured, run)| Some(half(measured)? - half(run)?));
-        median(delays).unwrap_or(0.0)
     }
 
     pub(super) fn check(&self, setup: &Setup) -> Result<()> {
@@ -192,37 +132,6 @@ impl Records {
         let all = values.into_iter().zip(&self.values);
         all.map(|(value, own)| if own.is_finite() { value } else { 0.0 })
             .collect()
-    }
-
-    /// What is left of the samples, without what rounding them has left: the error of rounding is no noise, as the motion makes it. It
-    /// is replaced by noise as large that the motion does not make, and by a draw of the noise that is rounded with it.
-    ///
-    /// Source: P. K. Dunn, G. K. Smyth, J. Comput. Graph. Stat. 5 (1996) 236 (randomized residuals).
-    pub(super) fn unrounded(&self, residual: &[f64]) -> Vec<f64> {
-        let n = self.times.len();
-        let mut random = Random::new(0);
-        let mut out = residual.to_vec();
-        for (site, left) in out.chunks_exact_mut(n).enumerate() {
-            let values = self.record(site);
-            let known = values.iter().filter(|value| value.is_finite()).count();
-            let variance = left.iter().map(|r| r * r).sum::<f64>() / known.max(1) as f64;
-            let Some(step) = resolution(values).filter(|q| q * q > 1e-6 * variance) else {
-                continue;
-            };
-            let noise = (variance - step * step / 12.0).sqrt().max(step / 20.0);
-            for (r, _) in left.iter_mut().zip(values).filter(|(_, v)| v.is_finite()) {
-                let ends = [*r - 0.5 * step, *r + 0.5 * step];
-                let least = 0f64.clamp(ends[0], ends[1]);
-                let mut draw = || {
-                    let at = ends[0] + step * random.uniform();
-                    let chance = (0.5 * (least * least - at * at) / (noise * noise)).exp();
-                    (random.uniform() <= chance).then_some(at)
-                };
-                let drawn = (0..DRAWS).find_map(|_| draw()).unwrap_or(least);
-                *r = drawn + step * (random.uniform() - 0.5);
-            }
-        }
-        out
     }
 
     /// Values in place of the samples as `(time, site)`.
@@ -294,19 +203,6 @@ impl Records {
     }
 }
 
-/// The step that a record is rounded to: the least difference of its values, if all differ by multiples of it.
-fn resolution(record: &[f64]) -> Option<f64> {
-    let mut values = sorted(record.iter().copied().filter(|value| value.is_finite()));
-    values.dedup();
-    let steps = values.windows(2).map(|pair| pair[1] - pair[0]);
-    let least = steps.fold(f64::INFINITY, f64::min);
-    let is_multiple = |value: &f64| {
-        let count = (value - values[0]) / least;
-        (count - count.round()).abs() < 1e-3
-    };
-    (values.len() >= LEAST && values.iter().all(is_multiple)).then_some(least)
-}
-
 /// What numbers of a field are multiplied by to be in the units of a scene.
 #[derive(Debug, Clone, PartialEq)]
 struct Scales {
@@ -324,6 +220,7 @@ impl Scales {
     /// quantity that no run has.
     fn of(field: &Field, scene: Units) -> Result<Scales> {
         let name = |unit: &Option<String>| unit.clone().unwrap_or_default();
+        let stated = field.unit.as_deref();
         if scene != Units::Si {
             return Ok(Scales {
                 time: 1.0,
@@ -341,22 +238,23 @@ impl Scales {
             ));
         }
         let units = unit_of(field.quantity, scene)?;
-        let size = |stated: &Option<String>, unit: &str| {
-            let stated = stated.as_deref().unwrap_or(unit).replace('²', "^2");
-            let known = if stated == unit {
-                Some(1.0)
-            } else {
-                ratio(&stated, unit)
-            };
-            known.ok_or_else(|| {
-                let expected = format!("a unit of what the scene has in {unit}");
-                Error::request("unit", expected, stated)
-            })
+        let sample = match field.quantity {
+            Quantity::Velocity => size::<measure::Speed>(stated)?,
+            Quantity::Displacement => size::<measure::Length>(stated)?,
+            Quantity::Force => size::<measure::Force>(stated)?,
+            _ if matches!(stated, None | Some("m/s^2" | "m/s²")) => 1.0,
+            _ => {
+                return Err(Error::request(
+                    "unit",
+                    "accelerations in m/s^2",
+                    name(&field.unit),
+                ));
+            }
         };
         Ok(Scales {
-            time: size(&field.time.unit, "s")?,
-            length: Some(size(&field.space.unit, "m")?),
-            sample: size(&field.unit, &units[1])?,
+            time: size::<measure::Time>(field.time.unit.as_deref())?,
+            length: Some(size::<measure::Length>(field.space.unit.as_deref())?),
+            sample,
             units,
         })
     }
@@ -387,57 +285,57 @@ pub(super) fn unit_of(quantity: Quantity, units: Units) -> Result<[String; 2]> {
     })
 }
 
+fn size<D: Dimension>(unit: Option<&str>) -> Result<f64> {
+    let Some(unit) = unit else {
+        return Ok(1.0);
+    };
+    measure::size::<D>(unit).ok_or_else(|| {
+        let expected = format!(
+            "{} in one of {} beside a scene in SI",
+            D::NAME,
+            measure::units::<D>()
+        );
+        Error::request("unit", expected, unit.to_owned())
+    })
+}
+
 fn no_run_has(quantity: Quantity) -> Error {
     let expected = "a velocity, displacement, acceleration or force, which a run has";
     Error::request("quantity", expected, quantity.name())
 }
 
-/// By the numbers in the names of the sites, which differ; else by positions.
 fn bodies_of(field: &Field, setup: &Setup, length: Option<f64>) -> Result<Vec<usize>> {
-    let named: Option<Vec<usize>> = field.channels.iter().map(|name| number_in(name)).collect();
-    let is_whole = |named: &Vec<usize>| named.len() == field.n_sites();
-    let is_once = |named: &Vec<usize>| (1..named.len()).all(|i| !named[..i].contains(&named[i]));
-    if let Some(named) = named.filter(|named| is_whole(named) && is_once(named)) {
-        return Ok(named);
-    }
     let is_counted = field.space.unit.is_none() && field.space.step == 1.0;
     let pitch = match (is_counted, setup.pitch, length) {
-        (true, ..) => Some(1.0),
-        (false, pitch, length) => pitch.zip(length).map(|(pitch, length)| pitch / length),
+        (false, Some(pitch), Some(length)) => pitch / length,
+        (false, ..) => return Err(no_positions(field)),
+        _ => 1.0,
     };
     let body = |site: usize| {
-        let place = pitch.map(|pitch| field.space.at(site) / pitch);
-        let body = place.map(f64::round).filter(|body| *body >= 0.0);
-        let near = |(place, body): &(f64, f64)| (place - body).abs() <= OFF;
-        let body = place.zip(body).filter(near).map(|(_, body)| body as usize);
-        body.ok_or_else(|| {
-            let apart = pitch.map_or("the scene states no distance of bodies".into(), |pitch| {
-                format!("bodies are {pitch} apart from 0 on")
-            });
-            let expected = format!("sites at bodies, or them, as `--bodies 3,7,11`: {apart}");
-            let found = format!(
-                "one at {} in {}",
-                field.space.at(site),
-                field.space.space_unit()
-            );
-            Error::request("bodies", expected, found)
-        })
+        let place = field.space.at(site) / pitch;
+        let body = place.round();
+        match (place - body).abs() <= OFF && body >= 0.0 {
+            true => Ok(body as usize),
+            false => {
+                let expected = format!(
+                    "sites at bodies, which are {pitch} apart from 0 on, or `--bodies 3,7,11`"
+                );
+                Err(Error::request(
+                    "bodies",
+                    expected,
+                    format!("one at {}", field.space.at(site)),
+                ))
+            }
+        }
     };
     (0..field.n_sites()).map(body).collect()
 }
 
-/// Words before numbers that are those of instruments and not of bodies.
-const INSTRUMENTS: [&str; 10] = [
-    "ch", "chan", "channel", "kanal", "sensor", "probe", "trace", "signal", "col", "column",
-];
-
-/// The whole number behind a word: 4 of `body 4`, `v4` and `bead_4 (m/s)`, none of `CH4`.
-fn number_in(name: &str) -> Option<usize> {
-    let name = name.split(['(', '[']).next()?.trim().to_lowercase();
-    let word = name.trim_end_matches(|c: char| c.is_ascii_digit());
-    let number = name[word.len()..].parse().ok()?;
-    let is_word = |c: char| c.is_alphabetic() || " _-".contains(c);
-    let own = word.trim_end_matches([' ', '_', '-']);
-    let is_body = !own.is_empty() && own.chars().all(is_word) && !INSTRUMENTS.contains(&own);
-    is_body.then_some(number)
+fn no_positions(field: &Field) -> Error {
+    let expected = "the bodies of the field's sites, such as `--bodies 3,7,11`: the scene states no distance of bodies";
+    Error::request(
+        "bodies",
+        expected,
+        format!("positions in {}", field.space.space_unit()),
+    )
 }

@@ -18,9 +18,6 @@ use crate::numeric::student_two_sided;
 /// What is left, over the records, that is no noise but the error of runs and of their differences.
 const ROUNDING: f64 = 1e-6;
 
-/// Share of the motion of the scene below which that of a fit is none.
-const STILL: f64 = 0.1;
-
 /// Share of a direction that nothing is known of, from which on a value has no interval.
 const PART: f64 = 1e-3;
 
@@ -60,11 +57,8 @@ pub struct Fitted {
     pub undetermined: Vec<Direction>,
     /// What noise does not explain; `None` for nothing.
     pub misfit: Option<Misfit>,
-    /// What explains the misfit, and kinds of all that was tried.
+    /// What explains the misfit, of all that was tried.
     pub cause: Option<Cause>,
-    pub tried: Vec<String>,
-    /// Whether the search for a cause was stopped.
-    pub is_cut: bool,
     pub overlay: Overlay,
     /// Standard deviation of what is left, and its correlation with what is left so many samples later.
     pub noise: f64,
@@ -108,13 +102,9 @@ pub(super) fn misfit(
     noise: &Noise,
 ) -> Option<Misfit> {
     let known = model.records.is_known();
-    // Of a fit that has come to rest, the motion of the scene is the signal that noise knows nothing of.
-    let scene = model.predicted(&vec![0.0; found.at.len()]).ok()?;
-    let is_still = rms(predicted) < STILL * rms(&scene);
-    let predicted = if is_still { &scene } else { predicted };
     let judged = Judged {
         records: model.records,
-        residual: &model.records.unrounded(&found.residual[..known.len()]),
+        residual: &found.residual[..known.len()],
         known: &known,
         predicted,
         columns: &found.columns,
@@ -135,8 +125,7 @@ pub(super) fn judge(model: &Model, found: &Minimum) -> Noted {
         sites: records.bodies.len(),
         times: records.times.len(),
     };
-    let residual = records.unrounded(&found.residual[..records.values.len()]);
-    let noise = Noise::of(&residual, &known, &linear);
+    let noise = Noise::of(&found.residual[..records.values.len()], &known, &linear);
     let mut covariance = linear.covariance(&noise);
     for (i, row) in covariance.iter_mut().enumerate() {
         row.iter_mut()
@@ -218,8 +207,6 @@ impl Fitted {
             searches,
             runs: 0,
             cause: None,
-            tried: Vec::new(),
-            is_cut: false,
             scene: settings.map(|s| [s.key, s.text]).collect(),
         })
     }
@@ -250,70 +237,72 @@ impl Fitted {
     }
 }
 
-/// What is searched: a key, or a number of instruments.
-#[derive(Debug, Clone)]
-pub(super) struct Unknown<'a> {
-    pub name: String,
-    unit: &'a str,
-    key: Option<&'a FreeKey>,
-    /// The unit of its coordinate, in values; `None` for a logarithm.
-    pub linear: Option<f64>,
+/// What is searched.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Unknown<'a> {
+    Key(&'a FreeKey),
+    /// How late the records are, in steps of their samples, and the unit of time.
+    Shift(f64, &'a str),
+    /// Of the record of a body.
+    Gain(usize),
 }
 
 /// All that a model searches, in the order of its coordinates.
 pub(super) fn unknowns<'a>(model: &Model<'a>) -> Vec<Unknown<'a>> {
     let records = model.records;
-    let keys = model.keys.iter().map(|key| Unknown {
-        name: key.name.clone(),
-        unit: &key.unit,
-        key: Some(key),
-        linear: (!key.is_log).then(|| key.scale()),
-    });
     let others = model.others.iter().filter_map(|other| match other {
-        Other::Clock => Some(Unknown {
-            name: "time_shift".into(),
-            unit: &records.units[0],
-            key: None,
-            linear: Some(records.step()),
-        }),
-        Other::Gain(site) => Some(Unknown::gain(records.bodies[*site])),
-        Other::Gains | Other::Factor(_) => None,
+        Other::Clock => Some(Unknown::Shift(records.step(), &records.units[0])),
+        Other::Gain(site) => Some(Unknown::Gain(records.bodies[*site])),
+        Other::Gains | Other::Held(_) => None,
     });
-    keys.chain(others).collect()
+    model.keys.iter().map(Unknown::Key).chain(others).collect()
 }
 
 impl Unknown<'_> {
-    /// Of the record of a body.
-    pub fn gain(body: usize) -> Unknown<'static> {
-        Unknown {
-            name: format!("gain[{body}]"),
-            unit: "",
-            key: None,
-            linear: None,
+    pub fn name(&self) -> String {
+        match self {
+            Unknown::Key(key) => key.name.clone(),
+            Unknown::Shift(..) => "time_shift".into(),
+            Unknown::Gain(body) => format!("gain[{body}]"),
         }
     }
 
     /// The value at a coordinate of the search.
     fn value_at(&self, u: f64) -> f64 {
-        match (self.key, self.linear) {
-            (Some(key), _) => key.value_at(u),
-            (None, Some(step)) => u * step,
-            (None, None) => u.exp(),
+        match self {
+            Unknown::Key(key) => key.value_at(u),
+            Unknown::Shift(step, _) => u * step,
+            Unknown::Gain(_) => u.exp(),
+        }
+    }
+
+    /// The unit of its coordinate, in values; `None` for a logarithm.
+    pub fn linear(&self) -> Option<f64> {
+        match self {
+            Unknown::Key(key) if key.is_log => None,
+            Unknown::Key(key) => Some(key.scale()),
+            Unknown::Gain(_) => None,
+            Unknown::Shift(step, _) => Some(*step),
         }
     }
 
     /// What is found where the search has ended, with half of the interval there; NaN for none.
     fn fitted(&self, at: f64, half: f64) -> FittedValue {
         let value = self.value_at(at);
+        let (unit, is_at_bound) = match self {
+            Unknown::Key(key) => (key.unit.as_str(), key.bounds.contains(&value)),
+            Unknown::Shift(_, unit) => (*unit, false),
+            Unknown::Gain(_) => ("", false),
+        };
         FittedValue {
-            name: self.name.clone(),
-            unit: self.unit.into(),
+            name: self.name(),
+            unit: unit.into(),
             value,
             low: self.value_at(at - half),
             high: self.value_at(at + half),
             start: self.value_at(0.0),
-            is_at_bound: self.key.is_some_and(|key| key.bounds.contains(&value)),
-            is_key: self.key.is_some(),
+            is_at_bound,
+            is_key: matches!(self, Unknown::Key(_)),
         }
     }
 }

@@ -1,18 +1,16 @@
 //! Whether noise explains what the best chain leaves of the records, and where it does not.
 //!
-//! Noise is stationary along each record, of any distribution, and knows nothing of the signal. Two families of tests ask of
-//! the whitened residual whether it is: with regressors made of the signal (its size, delay, width and decay, of each record
-//! and of all), by Fisher's F beside the fitted unknowns; and by its variance in cells of time and site. Each family is wrong in 2 % of fits to noise alone, of heavy tails too: the samples of each
-//! record are replaced by as many normal numbers in the same order.
-//!
-//! Source: C. B. Bell, K. A. Doksum, Ann. Math. Stat. 36 (1965) 203 (normal scores).
+//! Noise is stationary along each record and knows nothing of the signal. Two families of tests ask of the whitened
+//! residual whether it is: with regressors made of the signal (its size, delay, width and decay, of each record and of
+//! all), by Fisher's F beside the fitted unknowns; and by its variance in cells of time and site, and where the signal
+//! is against where it is not. Each family is wrong in 2 % of fits to noise alone.
 
 use serde::Serialize;
 
 use super::noise::Noise;
 use super::records::Records;
 use super::solver::{Beside, dot};
-use crate::numeric::{Random, fisher_tail, sorted};
+use crate::numeric::fisher_tail;
 
 /// Share of fits to noise alone that a family of tests calls a misfit.
 const ALPHA: f64 = 0.02;
@@ -23,6 +21,9 @@ const LEAST: usize = 12;
 
 /// Regressors of which less than this share is left beside the unknowns say nothing.
 const LEFT: f64 = 1e-3;
+
+/// Share of a record's largest value below which there is no signal.
+const QUIET: f64 = 0.01;
 
 /// Share of the residual's power beyond the ends of its band, on both sides together.
 const BEYOND: f64 = 0.1;
@@ -72,22 +73,6 @@ impl Judged<'_> {
         white.into_iter().flatten().collect()
     }
 
-    /// White noise of each record as normal numbers of the same order.
-    fn scores(&self, white: &[f64], places: &[usize]) -> Vec<f64> {
-        let mut random = Random::new(0);
-        let mut scores = vec![0.0; white.len()];
-        for site in 0..self.records.bodies.len() {
-            let is_own = |i: &usize| places[*i] / self.times() == site;
-            let mut own: Vec<usize> = (0..white.len()).filter(is_own).collect();
-            own.sort_by(|a, b| white[*a].total_cmp(&white[*b]));
-            let normal = sorted(own.iter().map(|_| random.normal()));
-            own.iter()
-                .zip(normal)
-                .for_each(|(i, score)| scores[*i] = score);
-        }
-        scores
-    }
-
     fn whitened(&self) -> Option<White> {
         let n = self.residual.len();
         let columns = self.columns.iter().map(|column| self.white(&column[..n]));
@@ -96,7 +81,7 @@ impl Judged<'_> {
         let places = self.noise.whitened(self.residual, self.known, self.times());
         let places = places.iter().enumerate();
         let places: Vec<usize> = places.filter_map(|(at, white)| white.map(|_| at)).collect();
-        let error = beside.rest(&self.scores(&self.white(self.residual), &places));
+        let error = beside.rest(&self.white(self.residual));
         let degrees = (error.len() - beside.count()) as f64;
         let variance = dot(&error, &error) / degrees;
         (degrees > LEAST as f64 && variance > 0.0).then_some(White {
@@ -131,7 +116,8 @@ impl Judged<'_> {
             (place / times) * parts.len() + part_of(place)
         });
         let spans = white.probabilities(parts.len(), part_of);
-        let tests = (cells.len() + spans.len()) as f64;
+        let loud = white.probabilities(2, |place| usize::from(self.is_quiet(place)));
+        let tests = (cells.len() + spans.len() + 1) as f64;
         let level = |p: &f64| p * tests / ALPHA;
         let cells: Vec<f64> = cells.iter().map(level).collect();
         let spans: Vec<f64> = spans.iter().map(level).collect();
@@ -139,7 +125,7 @@ impl Judged<'_> {
             by_site[cell / parts.len()] = by_site[cell / parts.len()].min(*level);
         }
         let least = |levels: &[f64]| levels.iter().copied().fold(f64::INFINITY, f64::min);
-        let all = [least(&by_site), pooled, least(&spans)];
+        let all = [least(&by_site), pooled, least(&spans), level(&loud[0])];
         let level = least(&all);
         (level < 1.0).then(|| {
             let late = |part: &usize| {
@@ -189,6 +175,14 @@ impl Judged<'_> {
         let times = self.times();
         let count = PARTS.min(times / LEAST).max(1);
         (0..count).map(|part| part * times / count).collect()
+    }
+
+    fn is_quiet(&self, place: usize) -> bool {
+        let times = self.times();
+        let site = place / times;
+        let record = &self.predicted[times * site..times * (site + 1)];
+        let largest = record.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        self.predicted[place].abs() < QUIET * largest
     }
 
     fn placed(&self, site: usize, record: &[f64]) -> Vec<f64> {

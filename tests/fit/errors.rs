@@ -32,13 +32,6 @@ fn what_is_wrong_is_named() {
             "hold the scene's stiffness_ratio = 2",
         ),
         ("sites", "sweep"),
-        ("", "KEY"),
-        ("stiffness_ratio=3", "LOW..HIGH"),
-        ("end_time=5..10", "a key of the chain"),
-        ("ends", "is a number"),
-        ("mass_cell", "mass_cell[0]"),
-        ("mass_cell[7]", "an entry"),
-        ("striker_mass=1s..2s", "bounds of striker_mass in"),
     ] {
         let said = refused(|_, request, _| request.free = vec![free.into()]);
         assert!(said.contains(part), "{free}: {said}");
@@ -61,12 +54,6 @@ fn what_is_wrong_is_named() {
     assert!(said.contains("--bodies"), "{said}");
     let said = refused(|_, request, _| request.instruments.gain_error = Some(0.0));
     assert!(said.contains("a share above 0"), "{said}");
-    for size in [0.0, 1e155, 1e200] {
-        let said = refused(|_, _, field| {
-            *field = wavecascade::Field::from_array(ndarray::Array2::from_elem((100, 2), size))
-        });
-        assert!(said.contains("of which the largest is"), "{size}: {said}");
-    }
     let said = refused(|_, _, field| *field = field_of(3));
     assert!(said.contains("samples or more"), "{said}");
 }

@@ -26,15 +26,6 @@ impl Normal {
     }
 }
 
-/// Of noise: of neighbouring samples that are so correlated, of two heavy tails, and that of rounding.
-#[derive(Debug, Clone, Copy)]
-pub enum Kind {
-    Correlated(f64),
-    Laplace,
-    Student,
-    Rounded,
-}
-
 /// What is measured of a run.
 #[derive(Clone)]
 pub struct Measurement {
@@ -44,7 +35,8 @@ pub struct Measurement {
     pub quantity: Quantity,
     /// Standard deviation of the noise, over the root mean square of the records.
     pub noise: f64,
-    pub kind: Kind,
+    /// Correlation of neighbouring samples of the noise.
+    pub correlation: f64,
     pub seed: u64,
 }
 
@@ -56,7 +48,7 @@ impl Measurement {
             end,
             quantity: Quantity::Velocity,
             noise: 0.02,
-            kind: Kind::Correlated(0.0),
+            correlation: 0.0,
             seed: 1,
         }
     }
@@ -86,28 +78,12 @@ impl Measurement {
         let size = (records.iter().map(|v| v * v).sum::<f64>() / records.len() as f64).sqrt();
         let mut normal = Normal(self.seed.wrapping_mul(0x1234_5678_9abc_def1));
         let mut noisy = records.clone();
-        let sigma = self.noise * size;
+        let fresh = (1.0 - self.correlation * self.correlation).sqrt();
         for mut column in noisy.columns_mut() {
             let mut last = normal.next();
             for value in &mut column {
-                match self.kind {
-                    Kind::Correlated(r) => {
-                        *value += sigma * last;
-                        last = r * last + (1.0 - r * r).sqrt() * normal.next();
-                    }
-                    Kind::Laplace => {
-                        *value += sigma * (normal.uniform() / normal.uniform()).ln() / 2f64.sqrt();
-                    }
-                    // Of three degrees.
-                    Kind::Student => {
-                        let square: f64 = (0..3).map(|_| normal.next().powi(2)).sum();
-                        *value += sigma * normal.next() / square.sqrt();
-                    }
-                    Kind::Rounded => {
-                        let step = 12f64.sqrt() * sigma;
-                        *value = (*value / step).round() * step;
-                    }
-                }
+                *value += self.noise * size * last;
+                last = self.correlation * last + fresh * normal.next();
             }
         }
         noisy

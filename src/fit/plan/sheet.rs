@@ -4,7 +4,7 @@ use ndarray::Array2;
 use serde_json::json;
 
 use super::super::shown::{per_time, place, places, some_places, warn_of_horizon};
-use super::{Planned, PlannedKey};
+use super::{Criterion, Planned, PlannedKey};
 use crate::sheet::{
     Chart, Describe, Look, Mark, Marker, PALETTE, PlotRow, Series, Sheet, Table, listed, percent,
     with_unit,
@@ -15,10 +15,14 @@ use crate::unit::label;
 const NAMED: usize = 4;
 const NAMED_BODIES: usize = 12;
 
-/// Share of the run from which on more of it would tell more.
+/// Share of the run, or of its sampling, from which on more of it would tell more.
 const END: f64 = 0.95;
+const FAST: f64 = 0.7;
 
-const DEFINITIONS: [[&str; 2]; 3] = [
+/// Error from which on a value is hardly known.
+const HARDLY: f64 = 1.0;
+
+const DEFINITIONS: [[&str; 2]; 4] = [
     [
         "error",
         "Half of the 95 % interval over the value, of a fit without bias at the values of the scene (Cramer and Rao). \
@@ -32,6 +36,10 @@ const DEFINITIONS: [[&str; 2]; 3] = [
         "rate",
         "Slowest sampling, behind a filter at half of it, at which no error is more than 5 % above that at the rate of the \
          run: the noise has one density, and faster samples are not better ones.",
+    ],
+    [
+        "information by body",
+        "Share of each body in what all bodies know of a key, if the others were known.",
     ],
 ];
 
@@ -137,6 +145,19 @@ impl Planned {
     }
 
     fn facts(&self, sheet: &mut Sheet<'_>) {
+        let evenly = some_places(self.request.quantity, &self.even, NAMED_BODIES);
+        let least = match self.request.criterion {
+            Criterion::Volume => "the least volume",
+            Criterion::Worst => "the least of the largest errors",
+        };
+        let how = match self.is_exact {
+            true => "of all choices",
+            false => "by exchanges",
+        };
+        sheet.fact(
+            "choice",
+            format!("{least} {how}; evenly spaced are {evenly}"),
+        );
         sheet.fact(
             "duration",
             format!("{} of {}", self.at(self.duration), self.at(self.end())),
@@ -150,6 +171,7 @@ impl Planned {
             "noise",
             format!("{noise} a sample at {fastest}, {share} of the records"),
         );
+        sheet.detail("runs", self.runs.to_string());
     }
 
     fn per_time(&self) -> String {
@@ -172,10 +194,24 @@ impl Planned {
                 "a later `end_time` tells more",
             );
         }
+        if self.rate > FAST * self.fastest() {
+            sheet.warn(
+                "the run is sampled no faster than needed",
+                "more `samples`, or a higher `--rate`, show what faster sampling gains",
+            );
+        }
         if !self.undetermined.is_empty() {
             sheet.warn(
                 "the sensors do not determine all that is free",
                 "fix one key of each combination, or measure another quantity",
+            );
+        }
+        let is_hardly = |key: &&PlannedKey| key.value != 0.0 && key.planned > HARDLY;
+        let hardly = names(self.keys.iter().filter(is_hardly));
+        if !hardly.is_empty() {
+            sheet.warn(
+                format!("{hardly} is known to no better than its own size"),
+                "fix it, or lower the noise",
             );
         }
     }
