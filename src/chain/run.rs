@@ -18,7 +18,7 @@ pub const CHECK_FACTOR: f64 = 1.0 / 32.0;
 
 /// The number of steps of two runs, over one another, below which what they differ by says little of their errors. With local
 /// errors that differ by 32 it is 1.5 to 1.7 where these determine the steps.
-const APART: f64 = 1.25;
+const APART: f64 = 1.1;
 
 /// The local error of the first coarser run, over that at which most runs keep the tolerance.
 const FIRST_CHECK: f64 = 2.0;

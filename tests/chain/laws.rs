@@ -438,6 +438,7 @@ fn a_run_names_no_files() {
         "state = \"run.npz\"",
         "drive_file = \"x.csv\"",
     ] {
+        let text = text.replace("striker_velocity = 0.01\n", "");
         setup.text = text.replace("law_file = \"contact.csv\"", key);
         let error = RunFile::write(&path, true, &setup, &run, &Silent).unwrap_err();
         contains_all(&error.to_string(), &["a run carries the values of files"]);

@@ -195,7 +195,7 @@ fn pictures_end_where_they_are_told_and_say_what_they_leave_out() {
     let whole = picture("--show-frequency all --show-wavenumber all");
     assert!(!whole.contains("not shown"));
     let part = picture("--show-frequency 10Hz:20Hz --show-wavenumber 4");
-    assert!(part.contains("of the energy below 10.4 Hz"), "{part}");
+    assert!(part.contains("% below 10.4 Hz"), "{part}");
     assert!(part.contains("above 19.8 Hz") && part.contains("beyond ±3.14 rad/m"));
     let [part, whole] = ["20ms:", "all"].map(|time| {
         picture(&format!("--show-time {time} --show-space 1m:4m"));

@@ -147,6 +147,7 @@ fn only_what_is_recorded_is_kept() {
     let expected = [
         "contact_coefficient",
         "force",
+        "hashes",
         "mass",
         "report",
         "scene",

@@ -8,7 +8,7 @@ use wavecascade::attenuation::{
     AttenuationRequest, ContactKind, Criterion, Curves, Followed, Measured, Named, Sense,
     TransmissionRequest, measured_peaks, read_curve,
 };
-use wavecascade::chain::scene::{Scene, SceneSource, Setting};
+use wavecascade::chain::scene::{SceneSource, Setting};
 use wavecascade::observer::Observer;
 use wavecascade::report::{Provenance, attenuation_snippet, transmission_snippet, write_beside};
 use wavecascade::sheet::Describe;
@@ -489,9 +489,17 @@ fn against(scene: SceneSource, typed: &str) -> Result<(SceneSource, String), Err
         }
         (false, usual) => format!("{key}={usual}"),
     };
-    let is_alone = |scene: &Scene| scene.second_angle.is_none();
-    let scene = match key == "angle" && is_alone(&scene.scene()?) {
-        true => scene.with([setting("second_angle", "90", "against")]),
+    let typed = scene.scene()?;
+    let scene = match key == "angle" && typed.second_angle.is_none() {
+        true => {
+            let first = typed.angle.is_none();
+            let first = first.then(|| setting("angle", "90", "against"));
+            scene.with(
+                first
+                    .into_iter()
+                    .chain([setting("second_angle", "90", "against")]),
+            )
+        }
         false => scene,
     };
     Ok((scene, over))

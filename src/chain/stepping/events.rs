@@ -164,7 +164,7 @@ impl Events {
                 continue;
             };
             let matters = |crosses: Crosses| {
-                let mobility = [s - 1, s].map(|s| system.mobility[system.image(s)]);
+                let mobility = [s - 1, s].map(|s| system.mobility[s]);
                 let felt = || {
                     let unit = system.kernel.onset(s, crosses.most, 1.0);
                     let force = system.coefficient[s] * unit;
@@ -383,7 +383,7 @@ fn changes<K: Kernel>(
 ) -> [[f64; MOST_STAGES]; 3] {
     let StepEnds { system, span, .. } = *ends;
     let mut all = [[0.0; MOST_STAGES]; 3];
-    let [left, right] = [e - 1, e].map(|s| system.mobility[system.image(s)]);
+    let [left, right] = [e - 1, e].map(|s| system.mobility[s]);
     let scale = span.h * span.h * system.coefficient[e];
     for (i, (part, k)) in [left, -left - right, right]
         .into_iter()

@@ -63,7 +63,7 @@ impl Crossing<'_> {
     ) -> Resolved {
         let power = system.opens[self.contact];
         let places = [self.contact - 1, self.contact];
-        let [left, right] = places.map(|s| system.mobility[system.image(s)]);
+        let [left, right] = places.map(|s| system.mobility[s]);
         let mobility = left + right;
         let coefficient = system.coefficient[self.contact];
         let mut all = Resolved {

@@ -189,22 +189,11 @@ impl<K: Kernel> System<K> {
         }
     }
 
-    /// The place of which place s of a ring is the image, else itself.
-    #[inline(always)]
-    pub(super) fn image(&self, s: usize) -> usize {
-        match s {
-            0 if self.periodic => self.sites,
-            s if self.periodic && s == self.sites + 1 => FIRST_SITE,
-            s => s,
-        }
-    }
-
     /// Displacement, velocity and acceleration of place s at time t.
     #[inline(always)]
     pub(super) fn motion(&self, drive: Option<&Drive>, s: usize, t: f64, at: &State) -> [f64; 3] {
         let State { x, v, force, .. } = at;
-        let own = self.image(s);
-        let site = own.checked_sub(FIRST_SITE);
+        let site = s.checked_sub(FIRST_SITE);
         let outer = match drive {
             Some(Drive::Wall(wave)) if s == 0 => return [x[s], v[s], wave.acceleration_at(t)],
             Some(Drive::Motion(moved, wave)) if site == Some(*moved) => {
@@ -213,11 +202,11 @@ impl<K: Kernel> System<K> {
             Some(Drive::Body(driven, wave)) if site == Some(*driven) => wave.at(t),
             _ => 0.0,
         };
-        let right = force.get(own + 1).copied().unwrap_or(0.0);
+        let right = force.get(s + 1).copied().unwrap_or(0.0);
         let pulled = site.map_or(0.0, |j| self.resonator_force(j, [x, v]));
-        let push = force[own] - right + outer + pulled;
-        let held = self.held(own, x[own]) + self.losses.drag * v[own];
-        [x[s], v[s], self.mobility[own] * (push - held)]
+        let push = force[s] - right + outer + pulled;
+        let held = self.held(s, x[s]) + self.losses.drag * v[s];
+        [x[s], v[s], self.mobility[s] * (push - held)]
     }
 
     /// The place of a body that is driven, by a force or as it moves.
