@@ -436,7 +436,7 @@ fn a_run_names_no_files() {
     for key in [
         "law_file = \"contact.csv\"",
         "state = \"run.npz\"",
-        "drive_file = \"x.csv\"",
+        "drive = \"force\"\ndrive_file = \"x.csv\"",
     ] {
         let text = text.replace("striker_velocity = 0.01\n", "");
         setup.text = text.replace("law_file = \"contact.csv\"", key);
