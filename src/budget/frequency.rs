@@ -251,8 +251,8 @@ fn records(motion: &Motion, contacts: &Contacts, block: Range<usize>) -> [Vec<f6
     let mut tiles = [[[0.0; TILE]; BLOCK]; 2];
     for first in (0..samples).step_by(TILE) {
         let count = TILE.min(samples - first);
-        for i in 0..count {
-            let at = motion.at(first + i);
+        for (i, time) in (first..first + count).enumerate() {
+            let at = motion.at(time);
             let row = contacts.forces_and_speeds(block.clone(), at, &mut state);
             for (j, [force, speed]) in row.enumerate() {
                 (tiles[0][j][i], tiles[1][j][i]) = (force, speed);

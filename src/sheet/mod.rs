@@ -150,6 +150,9 @@ pub struct Variable<'a> {
     pub values: Cow<'a, [f64]>,
 }
 
+/// What a table says of an item; `None` for nothing.
+pub(crate) type Cell<T> = fn(&T) -> Option<String>;
+
 /// Name, unit and value of a column of items.
 pub(crate) type Column<'a, T> = (&'a str, &'a str, fn(&T) -> f64);
 
@@ -180,14 +183,9 @@ impl Table {
     }
 
     /// A row for each item, of the columns in which any has a cell.
-    pub(crate) fn of_columns<T>(
-        title: &str,
-        items: &[T],
-        columns: &[(&str, fn(&T) -> Option<String>)],
-    ) -> Table {
-        let is_filled = |(_, cell): &&(&str, fn(&T) -> Option<String>)| {
-            items.iter().any(|item| cell(item).is_some())
-        };
+    pub(crate) fn of_columns<T>(title: &str, items: &[T], columns: &[(&str, Cell<T>)]) -> Table {
+        let is_filled =
+            |(_, cell): &&(&str, Cell<T>)| items.iter().any(|item| cell(item).is_some());
         let columns: Vec<_> = columns.iter().filter(is_filled).collect();
         let head: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
         let row = |item| {

@@ -7,6 +7,9 @@ use serde::Serialize;
 use super::{Outcomes, Request, SweptKey};
 use crate::numeric::{deviation, sorted};
 
+/// Names of measures with their values of each member.
+type Columns = Vec<(String, Vec<f64>)>;
+
 /// The key whose values are the members of an ensemble.
 const SEED: &str = "seed";
 
@@ -59,7 +62,7 @@ impl Request {
 
     /// The members that are done, those together which differ in the key `but` alone.
     pub(super) fn grouped(&self, outcomes: &Outcomes, but: Option<usize>) -> Vec<Ensemble> {
-        let mut groups: Vec<(Vec<&str>, Vec<(String, Vec<f64>)>)> = Vec::new();
+        let mut groups: Vec<(Vec<&str>, Columns)> = Vec::new();
         let mut places = HashMap::new();
         for (&member, outcome) in outcomes {
             let Some(measures) = outcome.done() else {
