@@ -3,10 +3,10 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::meaning::{Given, Listing, Statements};
 use super::open::{Contents, completed};
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
+use super::statements::{Given, Listing, Statements};
 use super::storage::{Bytes, Storage};
 use super::{ByteOrder, Field, Note, Sample, labelled};
 use crate::error::{Error, InputFault, Result};

@@ -31,6 +31,7 @@ mod select;
 mod sidecar;
 mod stamp;
 mod state;
+mod statements;
 mod storage;
 mod written;
 

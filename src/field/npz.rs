@@ -16,11 +16,12 @@ use wavecascade_formats::{
     Attributes, ByteOrder, Container, Format, Place, Sample, SampleType, Variable,
 };
 
-use super::meaning::{Meaning, Statements, known_as};
+use super::meaning::{Meaning, known_as};
 use super::npy;
 use super::open::{FileSource, map};
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
+use super::statements::Statements;
 use super::storage::{Bytes, Storage};
 use crate::error::{Error, InputFault, Result};
 use crate::system::memory::try_with_capacity;

@@ -7,8 +7,9 @@ use csv::ByteRecord;
 
 use super::csv::{excerpt, number};
 use super::labelled::quantity;
-use super::meaning::{Meaning, Said, Statement, Statements, enclosed, known_as};
+use super::meaning::{Meaning, enclosed, known_as};
 use super::rows::with_point;
+use super::statements::{Said, Statement, Statements};
 use crate::error::InputFault;
 use crate::measure::{Frequency, Time, symbol};
 

@@ -440,7 +440,7 @@ fn val_construction_intervals_of_fits_hold() {
     for (noise, sites, times, wide) in [
         (0.1, 32, 4096, 24),
         (1.0, 32, 4096, 24),
-        (3.0, 48, 4096, 24),
+        (3.0, 32, 4096, 24),
         (0.3, 24, 2048, 40),
     ] {
         let mut held = 0;

@@ -4,7 +4,7 @@ use wavecascade_formats::Coordinate;
 
 use super::super::Note;
 use super::super::coordinates::{Coordinates, Listed};
-use super::super::meaning::{AxisBeside, Given, Listing, contradiction};
+use super::super::statements::{AxisBeside, Given, Listing, contradiction};
 use super::choose::Place;
 use super::{Arrays, is_float, scaling};
 use crate::error::Result;

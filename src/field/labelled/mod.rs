@@ -20,13 +20,12 @@ use wavecascade_formats::{
 
 use super::coordinates::{Coordinates, Listed};
 use super::file_bytes::FileBytes;
-use super::meaning::{
-    Meaning, Said, Statement, Statements, contradiction, known_as, may_scale, unused, with_unit,
-};
+use super::meaning::{Meaning, known_as, may_scale, with_unit};
 use super::npz::Archive;
 use super::open::{Contents, FileSource};
 use super::options::Delays;
 use super::scan::NamedNumber;
+use super::statements::{Said, Statement, Statements, contradiction, unused};
 use super::storage::{Bytes, Factor, Packing};
 use super::{Field, Note, Quantity, graded_masses, npy};
 use crate::error::{Error, InputFault, Result};
