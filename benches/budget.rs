@@ -8,8 +8,8 @@
 
 use std::hint::black_box;
 
+use column_fft::rows;
 use num_complex::Complex;
-use realfft::RealFftPlanner;
 use wavecascade::arrays::{Arrays, LargeArray, Sink};
 use wavecascade::budget::{BudgetRequest, Integration, Motion, Views};
 use wavecascade::chain::{Chain, Simulation};
@@ -121,9 +121,8 @@ fn median(mut times: Vec<f64>) -> f64 {
 
 /// The transforms of the views, on numbers of the right size.
 fn transforms([wavenumber, frequency, scale]: [bool; 3], scales: usize) {
-    let mut planner = RealFftPlanner::<f64>::new();
     let mut forward = |length: usize, count: usize| {
-        let plan = planner.plan_fft_forward(length);
+        let plan = rows::plan_fft_forward::<f64>(length);
         let mut input: Vec<f64> = (0..length).map(|i| (0.3 * i as f64).sin()).collect();
         let (mut output, mut work) = (plan.make_output_vec(), plan.make_scratch_vec());
         for _ in 0..count {
@@ -141,7 +140,7 @@ fn transforms([wavenumber, frequency, scale]: [bool; 3], scales: usize) {
     }
     if scale {
         forward(SITES / 2, 2 * 3 * SAMPLES);
-        let plan = planner.plan_fft_inverse(SITES / 2);
+        let plan = rows::plan_fft_inverse::<f64>(SITES / 2);
         let (mut input, mut output) = (plan.make_input_vec(), plan.make_output_vec());
         let mut work = plan.make_scratch_vec();
         for _ in 0..2 * 3 * SAMPLES * scales {

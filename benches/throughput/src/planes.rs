@@ -7,13 +7,14 @@ use std::sync::Arc;
 use ndarray::parallel::prelude::*;
 use ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, s};
 use num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
 
 use crate::Result;
 use crate::kind::{HOP, SEGMENT};
 use crate::ways::{Description, PlannedTransform, ReferencePlans, noise};
 use crate::{ArrayShape, Buffer, Implementation};
-use column_fft::{FftDirection, Real, RealToComplex2d, RealToComplexColumns, ShortTimeColumns};
+use column_fft::{
+    Fft, FftDirection, Real, RealToComplex2d, RealToComplexColumns, ShortTimeColumns, rows,
+};
 
 /// A noise array and its two-dimensional spectrum. Reference implementations transform the columns,
 /// then the rows by `rustfft`.
@@ -39,7 +40,7 @@ impl<T: Real> Plane<T> {
             ours: RealToComplex2d::new((rows, columns), FftDirection::Inverse)
                 .expect("rows and columns"),
             columns: ReferencePlans::new(rows),
-            rows: FftPlanner::new().plan_fft_inverse(columns),
+            rows: rows::plan_fft_complex(columns, FftDirection::Inverse),
             room: Vec::new(),
         })
     }

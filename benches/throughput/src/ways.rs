@@ -8,12 +8,12 @@ use std::sync::Arc;
 use ndarray::parallel::prelude::*;
 use ndarray::{ArrayView2, ArrayViewMut2, Axis, s};
 use num_complex::Complex;
-use realfft::{RealFftPlanner, RealToComplex};
-use rustfft::{Fft, FftPlanner};
 
 use crate::Result;
 use crate::{ArrayShape, Buffer};
-use column_fft::{InstructionSet, Real, RealToComplexColumns};
+use column_fft::{
+    Fft, FftDirection, InstructionSet, Real, RealToComplex, RealToComplexColumns, rows,
+};
 
 /// Columns gathered before they are transformed one by one: a cache line of each row.
 pub(crate) const TILE: usize = 8;
@@ -76,8 +76,8 @@ pub(crate) struct ReferencePlans<T: Real> {
 impl<T: Real> ReferencePlans<T> {
     pub fn new(length: usize) -> Self {
         ReferencePlans {
-            realfft: RealFftPlanner::new().plan_fft_forward(length),
-            rustfft: FftPlanner::new().plan_fft_forward(length),
+            realfft: rows::plan_fft_forward(length),
+            rustfft: rows::plan_fft_complex(length, FftDirection::Forward),
         }
     }
 

@@ -4,11 +4,10 @@
 
 use std::hint::black_box;
 
-use column_fft::{ColumnFftPlanner, Columns, ColumnsMut, Real};
+use column_fft::rows::{plan_fft_complex, plan_fft_forward};
+use column_fft::{ColumnFftPlanner, Columns, ColumnsMut, FftDirection, Real};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex;
-use realfft::RealFftPlanner;
-use rustfft::FftPlanner;
 
 /// Columns gathered together: a cache line of each row.
 const TILE: usize = 8;
@@ -46,7 +45,7 @@ fn arrays<T: Real>(criterion: &mut Criterion, name: &str) {
             });
         });
 
-        let plan = RealFftPlanner::<T>::new().plan_fft_forward(rows);
+        let plan = plan_fft_forward::<T>(rows);
         let mut scratch = plan.make_scratch_vec();
         let mut records = vec![T::zero(); rows * TILE];
         let mut found = vec![Complex::default(); bins * TILE];
@@ -75,7 +74,7 @@ fn arrays<T: Real>(criterion: &mut Criterion, name: &str) {
             });
         });
 
-        let plan = FftPlanner::<T>::new().plan_fft_forward(rows);
+        let plan = plan_fft_complex::<T>(rows, FftDirection::Forward);
         let mut scratch = vec![Complex::default(); plan.get_inplace_scratch_len()];
         let mut records = vec![Complex::<T>::default(); rows * TILE];
         group.bench_function(BenchmarkId::new("rustfft", &shape), |bencher| {

@@ -54,20 +54,3 @@ impl<T> Drop for Guard<'_, T> {
         pool.push(std::mem::take(&mut self.scratch));
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scratch_is_used_again_where_it_is_long_enough() {
-        let pool = Pool::<u8>::default();
-        let (first, second) = (pool.take(3), pool.take(5));
-        drop((first, second));
-        assert_eq!(pool.take(5).len(), 5);
-        assert_eq!(pool.take(6).len(), 6);
-        let mut lengths = [pool.take(0), pool.take(0), pool.take(0)].map(|guard| guard.len());
-        lengths.sort_unstable();
-        assert_eq!(lengths, [3, 5, 6]);
-    }
-}

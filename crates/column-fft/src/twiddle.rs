@@ -27,32 +27,3 @@ pub(crate) fn cos_sin_exact(p: u64, q: u64) -> (f64, f64) {
         (cos - rest * sin, sin + rest * cos)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quarter_cycles_are_exact_and_symmetries_hold_bitwise() {
-        for q in 1..200 {
-            assert_eq!(cos_sin_exact(0, q), (1.0, 0.0));
-            assert_eq!(cos_sin_exact(q, 4 * q), (0.0, 1.0));
-            for p in 0..=q {
-                let (cos, sin) = cos_sin_exact(p, q);
-                assert_eq!(cos_sin_exact(q - p, q), (cos, -sin));
-                assert_eq!(cos_sin_exact(3 * p, 3 * q), (cos, sin));
-            }
-        }
-    }
-
-    /// The standard library's are right to about a unit of an angle that is itself rounded.
-    #[test]
-    fn val_standard_library_in_every_octant() {
-        for p in 0..4096 {
-            let angle = std::f64::consts::TAU * (p as f64 / 4096.0);
-            let (cos, sin) = cos_sin_exact(p, 4096);
-            assert!((cos - angle.cos()).abs() < 7e-16);
-            assert!((sin - angle.sin()).abs() < 7e-16);
-        }
-    }
-}

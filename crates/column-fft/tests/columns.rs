@@ -7,13 +7,11 @@ mod common;
 
 use column_fft::{
     Algorithm, ColumnFftPlanner, Columns, ColumnsMut, ComplexToComplexColumns, FftDirection,
-    FftError, InstructionSet, Real, RealToComplexColumns,
+    FftError, InstructionSet, Real, RealToComplexColumns, SegmentsMut, rows,
 };
 use common::{direct_sums, power};
 use ndarray::{Array2, ArrayView2, ShapeBuilder, s};
 use num_complex::Complex;
-use realfft::RealFftPlanner;
-use rustfft::FftPlanner;
 
 /// Uniform in -1/2 .. 1/2.
 struct Random(u64);
@@ -55,7 +53,7 @@ fn error<T: Real>(found: ndarray::ArrayView1<Complex<T>>, truth: &[Complex<f64>]
 }
 
 fn by_realfft<T: Real>(column: ndarray::ArrayView1<T>) -> Vec<Complex<f64>> {
-    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(column.len());
+    let plan = rows::plan_fft_forward::<f64>(column.len());
     let mut record: Vec<f64> = column.iter().map(|v| v.to_f64()).collect();
     let mut spectrum = plan.make_output_vec();
     plan.process(&mut record, &mut spectrum).unwrap();
@@ -545,7 +543,7 @@ fn complex_agrees<T: Real>(tolerance: f64) {
                 let plan = ComplexToComplexColumns::<T>::new(length, direction).unwrap();
                 let mut found = Array2::default((length, columns));
                 plan.process(values.view(), found.view_mut()).unwrap();
-                let theirs = FftPlanner::<f64>::new().plan_fft(length, direction);
+                let theirs = rows::plan_fft_complex::<f64>(length, direction);
                 for c in [0, columns / 2, columns - 1] {
                     let mut truth: Vec<_> = values.column(c).iter().map(|z| double(*z)).collect();
                     theirs.process(&mut truth);
@@ -576,4 +574,60 @@ fn complex_agrees<T: Real>(tolerance: f64) {
 fn val_rustfft_of_complex_columns() {
     complex_agrees::<f64>(2e-15);
     complex_agrees::<f32>(5e-7);
+}
+
+#[test]
+fn regress_arrays_beyond_the_slice_and_rows_that_overlap_are_refused() {
+    let mut slice = [0.0; 23];
+    assert!(Columns::new(&slice, 3, 7, 8).is_ok());
+    let (needed, found) = (24, 23);
+    let beyond = Columns::new(&slice, 3, 8, 8).unwrap_err();
+    assert_eq!(beyond, FftError::Slice { needed, found });
+    assert!(Columns::new(&slice, 5, 8, 3).is_ok());
+    let endless = Columns::new(&slice, usize::MAX, 2, usize::MAX);
+    assert!(matches!(endless, Err(FftError::Slice { .. })));
+    assert!(ColumnsMut::new(&mut slice, 3, 7, 8).is_ok());
+    assert!(ColumnsMut::new(&mut slice, 0, 99, 0).is_ok());
+    assert!(ColumnsMut::with_strides(&mut slice, [3, 7], [1, 3]).is_ok());
+    for strides in [[7, 1], [1, 2]] {
+        let overlapping = ColumnsMut::with_strides(&mut slice, [3, 8], strides);
+        assert_eq!(overlapping.unwrap_err(), FftError::Overlap);
+    }
+    assert!(SegmentsMut::new(&mut slice, 2, 3, 3, 4).is_ok());
+    assert!(SegmentsMut::new(&mut slice, 2, usize::MAX, 3, 4).is_err());
+    let overlapping = SegmentsMut::with_strides(&mut slice, [2, 2, 2], [2, 2, 1]);
+    assert_eq!(overlapping.unwrap_err(), FftError::Overlap);
+}
+
+/// A plan needs what is known before it, and no less does. By hand: 4096 = 64 x 64, so a tile of w columns takes
+/// 2 w (64 + 33 (64 + 2)) numbers, and a cache line for the alignment. Copies of rows 4096 bytes apart are of 8
+/// lines a row; of 2 ^ 17 rows only of 2.
+#[test]
+fn val_scratch_by_hand() {
+    let known = RealToComplexColumns::<f64>::scratch_len_of;
+    for length in [4096, 1000, 251, 253, 7] {
+        let plan = RealToComplexColumns::<f64>::new(length).unwrap();
+        for (columns, stride) in [(512, 512), (30, 512), (512, 513), (3, 512)] {
+            let samples = vec![0.5; length * stride];
+            let mut bins = vec![Complex::default(); plan.bins() * columns];
+            let values = Columns::new(&samples, length, columns, stride).unwrap();
+            let known = known(length, columns, stride);
+            let mut scratch = vec![Complex::default(); known];
+            let mut run = |scratch: &mut [Complex<f64>]| {
+                let spectra = ColumnsMut::new(&mut bins, plan.bins(), columns, columns).unwrap();
+                assert_eq!(plan.scratch_len_for(&values, &spectra), known);
+                plan.process_with_scratch(values, spectra, scratch)
+            };
+            assert_eq!(run(&mut scratch), Ok(()));
+            let short = run(&mut scratch[1..]);
+            assert!(matches!(short, Err(FftError::Scratch { .. })), "{length}");
+            assert!(plan.scratch_len(columns) >= known);
+        }
+    }
+    let bytes = |length| [512, 513].map(|stride| 16 * known(length, 512, stride));
+    let width = RealToComplexColumns::<f64>::new(4096).unwrap().width();
+    let scratch = 2 * width * (64 + 33 * 66) * 8 + 64;
+    assert_eq!(bytes(4096), [scratch + (2 << 20), scratch]);
+    let [copied, not] = bytes(1 << 17);
+    assert_eq!(copied - not, 128 << 17);
 }

@@ -7,12 +7,11 @@ use std::f64::consts::TAU;
 
 use column_fft::{
     ComplexToReal2d, ComplexToRealColumns, FftDirection, Filter2d, Real, RealToComplex2d,
-    RealToComplexColumns, ShortTimeColumns,
+    RealToComplexColumns, ShortTimeColumns, rows,
 };
 use common::{direct_sums, power};
 use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 use num_complex::Complex;
-use realfft::RealFftPlanner;
 
 fn noise<T: Real>(shape: (usize, usize), mut state: u64) -> Array2<T> {
     Array2::from_shape_simple_fn(shape, || {
@@ -168,7 +167,7 @@ fn inverse_agrees<T: Real>(tolerance: f64) {
         let plan = ComplexToRealColumns::new(length).unwrap().normalized();
         plan.process_in_parallel(spectra.view(), found.view_mut())
             .unwrap();
-        let theirs = RealFftPlanner::<f64>::new().plan_fft_inverse(length);
+        let theirs = rows::plan_fft_inverse::<f64>(length);
         for (c, column) in found.axis_iter(Axis(1)).enumerate() {
             let mut spectrum: Vec<Complex<f64>> = spectra
                 .column(c)

@@ -199,36 +199,3 @@ fn radices(length: usize) -> Option<Vec<usize>> {
     radices.extend(vec![2; two]);
     Some(radices)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn halves_multiply_to_the_length() {
-        for length in 1..5000 {
-            let smooth = [2, 3, 5, 7].iter().fold(length, |mut rest, prime| {
-                while rest % prime == 0 {
-                    rest /= prime;
-                }
-                rest
-            }) == 1;
-            match halves(length) {
-                Some((first, second)) => {
-                    assert!(smooth);
-                    assert!(!first.is_empty() && !second.is_empty());
-                    assert_eq!(first.iter().chain(&second).product::<usize>(), length);
-                }
-                None => assert!(!smooth || length <= 8, "{length}"),
-            }
-        }
-        for least in 1..3000 {
-            let (first, second) = convolution(least);
-            assert!(first.iter().chain(&second).product::<usize>() >= least);
-        }
-        let factored = (16..=5000).filter(|&length| radices(length).is_some());
-        assert!(factored.eq(smooth(16, 5000)));
-        assert_eq!(halves(16384), Some((vec![8, 8, 4], vec![8, 8])));
-        assert_eq!(halves(4096).map(|(a, _)| a.iter().product()), Some(64));
-    }
-}

@@ -8,7 +8,7 @@ use std::any::{Any, TypeId};
 
 use super::butterfly::{Butterfly, Dft};
 use super::passes::{self, Last, Prefetch, Rows, Split, Stage, Twiddled};
-use super::simd::{Lanes, Portable};
+use super::simd::{Lanes, Portable, Single};
 use crate::Real;
 
 /// Radices that kernels exist for, in the order of the tables.
@@ -219,11 +219,11 @@ macro_rules! kernels {
 
 kernels!(portable_f64, Portable<f64, 4>, f64);
 kernels!(portable_f32, Portable<f32, 8>, f32);
-kernels!(portable_single_f64, Portable<f64, 1>, f64);
-kernels!(portable_single_f32, Portable<f32, 1>, f32);
+kernels!(portable_single_f64, Single<f64, false>, f64);
+kernels!(portable_single_f32, Single<f32, false>, f32);
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::super::simd::{Single, X256f32, X256f64, X512f32, X512f64};
+    use super::super::simd::{X256f32, X256f64, X512f32, X512f64};
     use super::*;
 
     kernels!(avx2_f64, X256f64, f64, "avx2,fma");
@@ -233,18 +233,18 @@ mod x86 {
     // The narrower registers again, of which there are twice as many with AVX-512.
     kernels!(avx512vl_f64, X256f64, f64, "avx512f,avx512vl,avx2,fma");
     kernels!(avx512vl_f32, X256f32, f32, "avx512f,avx512vl,avx2,fma");
-    kernels!(single_f64, Single<f64>, f64, "avx2,fma");
-    kernels!(single_f32, Single<f32>, f32, "avx2,fma");
+    kernels!(single_f64, Single<f64, true>, f64, "avx2,fma");
+    kernels!(single_f32, Single<f32, true>, f32, "avx2,fma");
 }
 #[cfg(target_arch = "aarch64")]
 mod neon {
-    use super::super::simd::{Neon32, Neon64, Single};
+    use super::super::simd::{Neon32, Neon64};
     use super::*;
 
     kernels!(neon_f64, Neon64, f64, "neon");
     kernels!(neon_f32, Neon32, f32, "neon");
-    kernels!(single_f64, Single<f64>, f64, "neon");
-    kernels!(single_f32, Single<f32>, f32, "neon");
+    kernels!(single_f64, Single<f64, true>, f64, "neon");
+    kernels!(single_f32, Single<f32, true>, f32, "neon");
 }
 
 /// Instructions that kernels are compiled for.

@@ -444,17 +444,3 @@ impl<T> Half<T> {
 pub fn index(radix: usize) -> usize {
     RADICES.iter().position(|&r| r == radix).unwrap_or(0)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::prefetch_counts;
-
-    /// By hand: 256 rows with 32, 32 and 31 butterflies, 64 with 8 and 3; too short for two by two; alone.
-    #[test]
-    fn all_rows_are_prefetched_evenly() {
-        assert_eq!(prefetch_counts(&[8, 8, 4]), [3, 3, 3]);
-        assert_eq!(prefetch_counts(&[8, 8]), [4, 11]);
-        assert_eq!(prefetch_counts(&[2, 2]), [2, 0]);
-        assert_eq!(prefetch_counts(&[7]), [1]);
-    }
-}

@@ -27,27 +27,3 @@ pub fn divide<T: Real>(scratch: &mut [Complex<T>], first: usize) -> (&mut [T], &
     let skipped = numbers.as_ptr().align_offset(LINE).min(numbers.len());
     numbers[skipped..].split_at_mut(in_lines::<T>(first))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn parts_of<T: Real>() {
-        for parts in [[0, 0], [1, 1], [64, 3], [17, 1000]] {
-            let length = complex_len::<T>(parts);
-            let mut scratch = vec![Complex::<T>::default(); length + 5];
-            for start in 0..5 {
-                let (first, second) = divide(&mut scratch[start..start + length], parts[0]);
-                assert!(first.len() >= parts[0] && second.len() >= parts[1]);
-                assert!(first.as_ptr().addr().is_multiple_of(LINE));
-                assert!(second.as_ptr().addr().is_multiple_of(LINE));
-            }
-        }
-    }
-
-    #[test]
-    fn parts_start_with_a_cache_line_wherever_the_scratch_starts() {
-        parts_of::<f64>();
-        parts_of::<f32>();
-    }
-}

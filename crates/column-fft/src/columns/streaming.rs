@@ -52,25 +52,3 @@ unsafe fn copy_line(from: &[u8; LINE], to: &mut [u8; LINE]) {
     #[cfg(not(target_arch = "x86_64"))]
     to.copy_from_slice(from);
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pieces_of_any_length_and_place_are_copied_whole() {
-        let from: Vec<u8> = (0..400).map(|i| (i % 251) as u8).collect();
-        for start in 0..70 {
-            for length in [0, 1, 7, 63, 64, 65, 130, 300] {
-                let mut to = [0_u8; 400];
-                let piece = &from[start..][..length];
-                let place = &mut to[70 - start..][..length];
-                copy_streaming(std::iter::once((piece, place)));
-                let (before, rest) = to.split_at(70 - start);
-                let (copied, after) = rest.split_at(length);
-                assert_eq!(copied, piece);
-                assert!(before.iter().chain(after).all(|&byte| byte == 0));
-            }
-        }
-    }
-}

@@ -1,15 +1,15 @@
-//! One number, with fused multiply-adds: a lone column, to the bits of a lane.
+//! One number: a lone column, to the bits of a lane.
 
 use super::Lanes;
 
-/// One lane. For kernels with fused multiply-add switched on; else it would be emulated.
+/// One lane. `FUSED` for kernels with fused multiply-add switched on; else it would be emulated.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::columns) struct Single<T>(T);
+pub(in crate::columns) struct Single<T, const FUSED: bool>(T);
 
 macro_rules! single {
     ($scalar:ty) => {
         // SAFETY of every block: that of the trait's functions, which is the caller's to keep.
-        impl Lanes for Single<$scalar> {
+        impl<const FUSED: bool> Lanes for Single<$scalar, FUSED> {
             type Scalar = $scalar;
             const WIDTH: usize = 1;
 
@@ -50,17 +50,26 @@ macro_rules! single {
 
             #[inline(always)]
             unsafe fn mul_add(self, factor: Self, term: Self) -> Self {
-                Single(self.0.mul_add(factor.0, term.0))
+                Single(match FUSED {
+                    true => self.0.mul_add(factor.0, term.0),
+                    false => self.0 * factor.0 + term.0,
+                })
             }
 
             #[inline(always)]
             unsafe fn mul_sub(self, factor: Self, term: Self) -> Self {
-                Single(self.0.mul_add(factor.0, -term.0))
+                Single(match FUSED {
+                    true => self.0.mul_add(factor.0, -term.0),
+                    false => self.0 * factor.0 - term.0,
+                })
             }
 
             #[inline(always)]
             unsafe fn neg_mul_add(self, factor: Self, term: Self) -> Self {
-                Single((-self.0).mul_add(factor.0, term.0))
+                Single(match FUSED {
+                    true => (-self.0).mul_add(factor.0, term.0),
+                    false => term.0 - self.0 * factor.0,
+                })
             }
 
             #[inline(always)]
