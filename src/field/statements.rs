@@ -5,6 +5,7 @@ use super::Note;
 use super::coordinates::{Coordinates, Evenness, Listed};
 use super::meaning::Meaning::{self, *};
 use super::meaning::{LIKE, TABLE, hertz, key, means, with_unit};
+use super::note::spaced;
 use super::options::{Label, OpenOptions};
 use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
@@ -104,6 +105,10 @@ pub(super) struct AxisBeside<D: Dimension> {
     origin: Option<Known<D>>,
     unit: Option<String>,
     rules: Option<Evenness>,
+    /// The step of the options or the sidecar, and the statements that it takes the place of.
+    stated: Option<(Measure<D>, Vec<Known<D>>)>,
+    /// Whether the unit is stated so, too: what the file calls a unit is none then.
+    is_unit_stated: bool,
 }
 
 /// Coordinates of an axis, as a file has them.
@@ -283,16 +288,15 @@ impl Statements {
             let in_hertz = rate(&format!("{:e}", known.measure.value), "Hz");
             known.measure = in_hertz.unwrap_or(Measure::new(0.0));
         }
-        steps.extend(self.known(Step, "time step", typed::<Time>));
+        steps.extend(self.known(Step, "sample interval", typed::<Time>));
         let origins = self.known(TimeOrigin, "time of the first sample", typed::<Time>);
-        let rules = stated.dt.is_none().then(|| options.evenness("time"));
-        AxisBeside::of(
-            ["time", "time step"],
-            steps,
-            origins,
-            self.texts(TimeUnit),
-            rules,
-        )
+        let unit = self.texts(TimeUnit);
+        let beside = AxisBeside::of(["time", "sample interval"], steps, origins, unit, stated.dt)?;
+        Ok(AxisBeside {
+            rules: stated.dt.is_none().then(|| options.evenness("time")),
+            is_unit_stated: stated.time_unit.is_some(),
+            ..beside
+        })
     }
 
     /// The same about positions.
@@ -304,14 +308,13 @@ impl Statements {
         let what = "distance of the sites";
         let steps = self.known(Distance, what, typed::<Length>);
         let origins = self.known(SpaceOrigin, "position of the first site", typed::<Length>);
-        let rules = stated.dx.is_none().then(|| options.evenness("space"));
-        AxisBeside::of(
-            ["space", what],
-            steps,
-            origins,
-            self.texts(SpaceUnit),
-            rules,
-        )
+        let unit = self.texts(SpaceUnit);
+        let beside = AxisBeside::of(["space", what], steps, origins, unit, stated.dx)?;
+        Ok(AxisBeside {
+            rules: stated.dx.is_none().then(|| options.evenness("space")),
+            is_unit_stated: stated.space_unit.is_some(),
+            ..beside
+        })
     }
 
     /// The unit of the samples, which those beside the `name` of the array go before.
@@ -452,17 +455,50 @@ impl<D: Dimension + Copy> AxisBeside<D> {
         mut steps: Vec<Known<D>>,
         origins: Vec<Known<D>>,
         units: Vec<(&Statement, &str)>,
-        rules: Option<Evenness>,
+        stated: Option<Measure<D>>,
     ) -> Result<Self, InputFault> {
-        steps.retain(|known| known.measure.value > 0.0 && rules.is_some());
+        steps.retain(|known| known.measure.value > 0.0);
+        let stated = stated.map(|step| (step, std::mem::take(&mut steps)));
         Ok(AxisBeside {
             name,
             what,
             step: agreed(what, steps)?,
             origin: agreed("first coordinate", origins)?,
             unit: units.first().map(|(_, unit)| (*unit).to_owned()),
-            rules,
+            rules: None,
+            stated,
+            is_unit_stated: false,
         })
+    }
+
+    /// What the stated step takes the place of, of coordinates with this step and unit and of the statements, where that
+    /// is another step.
+    fn replaced(&self, even: &Coordinates) -> Option<Note> {
+        /// Steps that differ by less are one, rounded.
+        const SAME_STEP: f64 = 1e-6;
+        let (stated, others) = self.stated.as_ref().filter(|_| !self.is_unit_stated)?;
+        let unit = even.unit.clone();
+        let unit = unit.or(stated.has_unit.then(|| D::UNITS[0].0.to_owned()));
+        let step = stated
+            .in_unit(unit.as_deref().unwrap_or_default())
+            .unwrap_or(stated.value);
+        let is_other = |found: &f64| (found - step).abs() > SAME_STEP * step;
+        let own = even.step.filter(is_other).map(|found| {
+            format!(
+                "that of the coordinates, {}{}",
+                digits(found),
+                spaced(&even.unit)
+            )
+        });
+        let others = others.iter().filter(|known| !known.agrees(stated));
+        let others = others.map(|known| known.statement.shown());
+        let all: Vec<String> = own.into_iter().chain(others).collect();
+        let (step, what) = (digits(step) + &spaced(&unit), self.what);
+        let text = format!(
+            "the stated {what}, {step}, takes the place of {}",
+            all.join(" and ")
+        );
+        (!all.is_empty()).then(|| Note::told("replaced", text))
     }
 
     /// Whether a step is stated.
@@ -540,6 +576,7 @@ impl<D: Dimension + Copy> AxisBeside<D> {
             }
             (None, _) => {}
         }
+        notes.extend(self.replaced(even));
         if *even == Coordinates::default() {
             return Ok(listed);
         }

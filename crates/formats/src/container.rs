@@ -77,7 +77,7 @@ pub enum Coordinate {
     Even {
         /// Its value at index 0.
         origin: f64,
-        /// From one index to the next.
+        /// From one index to the next; NaN where the file does not state one alone.
         step: f64,
         /// Unit of both.
         unit: Option<String>,

@@ -66,13 +66,23 @@ pub(crate) fn open(format: Format, bytes: Bytes, _options: &Options) -> Result<C
     };
     let of_trace = vec![trace.clone()];
     trace.coordinate = listed.map(|field| Coordinate::Listed(1 + field));
-    let coordinate = (layout.interval > 0.0).then(|| Coordinate::Even {
-        origin,
-        step: layout.interval / 1e6,
-        unit: Some("s".into()),
-    });
+    let is_one = layout.intervals.len() == 1;
+    let coordinate = layout
+        .intervals
+        .first()
+        .map(|(_, interval)| Coordinate::Even {
+            origin,
+            step: if is_one { interval / 1e6 } else { f64::NAN },
+            unit: Some("s".into()),
+        });
     let dimensions = vec![trace, Dimension { coordinate, ..time }];
     let mut traces = Variable::new("/traces", dimensions, layout.sample);
+    for (place, interval) in layout.intervals.iter().filter(|_| !is_one) {
+        let name = format!("sample_interval ({place})");
+        traces
+            .attributes
+            .insert_text(name, format!("{interval} us"));
+    }
     traces.place = Place::Strided {
         start: (layout.start + HEADER) as u64,
         strides: vec![layout.stride() as u64, layout.sample.bytes() as u64],
