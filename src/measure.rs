@@ -105,6 +105,12 @@ pub(crate) fn quotient(unit: &str) -> String {
     }
 }
 
+/// A number of things in words: `1 value`, `2 values`.
+pub(crate) fn counted(number: usize, thing: &str) -> String {
+    let ending = if number == 1 { "" } else { "s" };
+    format!("{number} {thing}{ending}")
+}
+
 /// The number with the fewest digits that lies within `tolerance` of `value`.
 pub(crate) fn shortest(value: f64, tolerance: f64) -> f64 {
     let near = |digits: usize| format!("{value:.digits$e}").parse::<f64>().ok();

@@ -7,8 +7,8 @@ use wavecascade_formats::Sample;
 
 use super::coordinates::Coordinates;
 use super::file_bytes::FileBytes;
-use super::labelled::{dated, quantity, since_1970};
-use super::meaning::{Meaning, counts_rows, enclosed, known_as};
+use super::labelled::{dated, since_1970};
+use super::meaning::{Meaning, counts_rows, enclosed, known_as, quantity};
 use super::open::{Contents, FileSource};
 use super::options::{Header, TimeColumn};
 use super::preamble::{Preamble, SETTING_CELLS, length, unit_of};
@@ -108,8 +108,9 @@ fn preamble(
         }
         is_one = stated == Header::Detect && Preamble::may_continue(&first_rows, record);
     }
+    let preamble = Preamble::of_comments(&source.bytes);
     if first_rows.is_empty() {
-        return Ok(Preamble::default());
+        return Ok(preamble);
     }
     let cell = |row: &ByteRecord| InputFault::Cell {
         line: line_of_row(&source.bytes, starts_at(row)),
@@ -117,7 +118,8 @@ fn preamble(
         found: excerpt(&row[0]),
     };
     let places: Vec<InputFault> = first_rows.iter().map(cell).collect();
-    Preamble::of(first_rows, record).map_err(|row| match places.into_iter().nth(row) {
+    let preamble = preamble.with_rows(first_rows, record);
+    preamble.map_err(|row| match places.into_iter().nth(row) {
         Some(place) => fault(place),
         None => fault(InputFault::NoRows),
     })

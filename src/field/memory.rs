@@ -8,7 +8,7 @@ use super::options::OpenOptions;
 use super::sidecar::Sidecar;
 use super::statements::{Given, Listing, Statements};
 use super::storage::{Bytes, Storage};
-use super::{ByteOrder, Field, Note, Sample, labelled};
+use super::{ByteOrder, Field, Note, Sample, labelled, meaning};
 use crate::error::{Error, InputFault, Result};
 
 /// Bytes of another owner, which stay as they are while anything refers to them.
@@ -148,7 +148,7 @@ impl Field {
         let time = time.axis(given(labels.time), &mut notes).map_err(fault)?;
         let space = space.axis(given(labels.space), &mut notes).map_err(fault)?;
         let named = labels.quantity.as_deref().unwrap_or_default();
-        let quantity = labelled::quantity(named, None, labels.unit.as_deref());
+        let quantity = meaning::quantity(named, None, labels.unit.as_deref());
         let field = Field {
             unit: labels.unit,
             notes,

@@ -61,6 +61,14 @@ impl Statement {
                 _ => None,
             },
             Said::Text(text) => match Label::parse(text)? {
+                // Dates and times of day begin with a number, too.
+                Label::Value { unit, .. }
+                    if unit
+                        .as_deref()
+                        .is_some_and(|unit| unit.starts_with([':', '-', '/'])) =>
+                {
+                    None
+                }
                 Label::Value { value, unit } => Some((format!("{value:e}"), unit)),
                 Label::Index(_) => None,
             },
@@ -71,7 +79,12 @@ impl Statement {
     fn numbers(&self) -> Option<Vec<f64>> {
         match &self.value {
             Said::Numbers(numbers) => Some(numbers.clone()),
-            Said::Text(text) => Some(vec![text.trim().parse().ok()?]),
+            Said::Text(text) => {
+                let words = text.split(|c: char| c == ',' || c.is_whitespace());
+                let words = words.filter(|word| !word.is_empty());
+                let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
+                numbers.filter(|numbers| !numbers.is_empty())
+            }
         }
     }
 }
@@ -225,8 +238,15 @@ impl Statements {
             .filter(move |one| self.has(&one.name, meaning))
     }
 
+    /// The numbers of a meaning.
+    pub(super) fn lists(&self, meaning: Meaning) -> impl Iterator<Item = (&Statement, Vec<f64>)> {
+        let numbers = |one: &Statement| one.numbers().filter(|numbers| !numbers.is_empty());
+        self.of(meaning)
+            .filter_map(move |one| Some((one, numbers(one)?)))
+    }
+
     /// The texts of a meaning that are not empty.
-    fn texts<'a>(&'a self, meaning: Meaning) -> Vec<(&'a Statement, &'a str)> {
+    pub(super) fn texts<'a>(&'a self, meaning: Meaning) -> Vec<(&'a Statement, &'a str)> {
         let text = |one: &'a Statement| match &one.value {
             Said::Text(text) => Some(text.trim()).filter(|text| !text.is_empty()),
             Said::Numbers(_) => None,
@@ -351,11 +371,10 @@ impl Statements {
         let has_scale = self.of(Scale).next().is_some();
         let mut factor = |meaning, what, neutral| {
             // What is called an offset alone is a distance.
-            let is_one = |one: &&Statement| {
+            let is_one = |one: &Statement| {
                 meaning == Scale || has_scale || key(&one.name).starts_with("add")
             };
-            let found = self.of(meaning).filter(is_one);
-            let found = found.filter_map(|one| Some((one, one.numbers()?)));
+            let found = self.lists(meaning).filter(|(one, _)| is_one(one));
             let found: Vec<(&Statement, Vec<f64>)> = found.collect();
             let Some((first, numbers)) = found.first() else {
                 return Ok(Factor::One(neutral));

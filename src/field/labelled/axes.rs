@@ -6,7 +6,7 @@ use super::super::Note;
 use super::super::coordinates::{Coordinates, Listed};
 use super::super::statements::{AxisBeside, Given, Listing, contradiction};
 use super::choose::Place;
-use super::{Arrays, is_float, scaling};
+use super::{Arrays, is_float};
 use crate::error::Result;
 use crate::measure::{self, Dimension, Time};
 
@@ -64,7 +64,7 @@ fn listing(arrays: &Arrays, i: usize, is_time: bool) -> Result<Listing> {
         Some(integers) => integers.iter().map(|&v| v as f64).collect(),
         None => arrays.numbers(i)?,
     };
-    let (scale, offset) = scaling(&variable.attributes);
+    let (scale, offset) = arrays.own(i).linear();
     let rounding = sample.map_or(0.0, |sample| sample.spacing(&stored)) * scale.abs();
     let place = variable.path.trim_start_matches('/').to_owned();
     let unit = arrays.unit(i);
