@@ -5,6 +5,7 @@ use csv::ByteRecord;
 
 use wavecascade_formats::Sample;
 
+use super::beside::{Given, Listing};
 use super::coordinates::Coordinates;
 use super::file_bytes::FileBytes;
 use super::labelled::{dated, since_1970};
@@ -14,7 +15,7 @@ use super::options::{Header, TimeColumn};
 use super::preamble::{Preamble, SETTING_CELLS, length, unit_of};
 use super::rows::{RowReader, line_of_row};
 use super::stamp::Stamp;
-use super::statements::{Given, Listing, contradiction};
+use super::statements::contradiction;
 use super::storage::Storage;
 use super::{Field, Layout, Note, header};
 use crate::error::{CoordinateKind, Error, InputFault, Result};

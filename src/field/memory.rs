@@ -3,10 +3,11 @@
 use std::fmt;
 use std::sync::Arc;
 
+use super::beside::{Given, Listing};
 use super::open::{Contents, completed};
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
-use super::statements::{Given, Listing, Statements};
+use super::statements::Statements;
 use super::storage::{Bytes, Storage};
 use super::{ByteOrder, Field, Note, Sample, labelled, meaning};
 use crate::error::{Error, InputFault, Result};

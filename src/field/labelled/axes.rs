@@ -3,8 +3,9 @@
 use wavecascade_formats::Coordinate;
 
 use super::super::Note;
+use super::super::beside::{AxisBeside, Given, Listing};
 use super::super::coordinates::{Coordinates, Listed};
-use super::super::statements::{AxisBeside, Given, Listing, contradiction};
+use super::super::statements::contradiction;
 use super::choose::Place;
 use super::{Arrays, is_float};
 use crate::error::Result;
