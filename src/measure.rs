@@ -31,6 +31,11 @@ pub fn symbol<D: Dimension>(name: &str) -> Option<&'static str> {
         .find(|unit| *unit == name)
 }
 
+/// The symbol of a unit of `D`; another text as it is.
+pub(crate) fn symbol_or<D: Dimension>(unit: &str) -> String {
+    symbol::<D>(unit).unwrap_or(unit).to_owned()
+}
+
 /// The size of the unit that `name` spells, in the first unit of `D`; `None` for no unit of it.
 pub fn size<D: Dimension>(name: &str) -> Option<f64> {
     let symbol = symbol::<D>(name)?;

@@ -25,11 +25,11 @@ pub(super) struct AxisBeside<D: Dimension> {
     step: Option<Known<D>>,
     origin: Option<Known<D>>,
     unit: Option<String>,
-    pub(super) rules: Option<Evenness>,
+    rules: Option<Evenness>,
     /// The step of the options or the sidecar, and the statements that it takes the place of.
     stated: Option<(Measure<D>, Vec<Known<D>>)>,
     /// Whether the unit is stated so, too: what the file calls a unit is none then.
-    pub(super) is_unit_stated: bool,
+    is_unit_stated: bool,
 }
 
 /// Coordinates of an axis, as a file has them.
@@ -108,12 +108,13 @@ impl<D: Dimension + Copy> Known<D> {
 }
 
 impl<D: Dimension + Copy> AxisBeside<D> {
+    /// Of steps, origins and units that a file states; a step and a unit of the options or the sidecar go before.
     pub(super) fn of(
         [name, what]: [&'static str; 2],
-        mut steps: Vec<Known<D>>,
+        (mut steps, stated): (Vec<Known<D>>, Option<Measure<D>>),
         origins: Vec<Known<D>>,
-        units: Vec<(&Statement, &str)>,
-        stated: Option<Measure<D>>,
+        (units, is_unit_stated): (Vec<(&Statement, &str)>, bool),
+        rules: Evenness,
     ) -> Result<Self, InputFault> {
         steps.retain(|known| known.measure.value > 0.0);
         let stated = stated.map(|step| (step, std::mem::take(&mut steps)));
@@ -123,9 +124,9 @@ impl<D: Dimension + Copy> AxisBeside<D> {
             step: agreed(what, steps)?,
             origin: agreed("first coordinate", origins)?,
             unit: units.first().map(|(_, unit)| (*unit).to_owned()),
-            rules: None,
+            rules: stated.is_none().then_some(rules),
             stated,
-            is_unit_stated: false,
+            is_unit_stated,
         })
     }
 

@@ -265,10 +265,9 @@ impl Coordinates {
         [origin, step]: [Option<Measure<D>>; 2],
         unit: Option<String>,
     ) -> Result<Axis, InputFault> {
-        let unit = unit.or(self.unit).map(|unit| {
-            let symbol = measure::symbol::<D>(&unit).map(str::to_owned);
-            symbol.unwrap_or(unit)
-        });
+        let unit = unit
+            .or(self.unit)
+            .map(|unit| measure::symbol_or::<D>(&unit));
         let is_typed = |measure: &Option<Measure<D>>| measure.as_ref().is_some_and(|m| m.has_unit);
         let unit = match unit {
             None if is_typed(&origin) || is_typed(&step) => Some(D::UNITS[0].0.to_owned()),

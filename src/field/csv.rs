@@ -19,7 +19,7 @@ use super::statements::contradiction;
 use super::storage::Storage;
 use super::{Field, Layout, Note, header};
 use crate::error::{CoordinateKind, Error, InputFault, Result};
-use crate::measure::{Time, symbol};
+use crate::measure::{Time, counted, symbol};
 use crate::system::memory::try_with_capacity;
 
 /// A table, with the coordinates that its header and its first column state.
@@ -58,13 +58,9 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         rounding: f64::INFINITY,
         notes: match preamble.rows {
             0 => Vec::new(),
-            1 => vec![Note::told(
-                "preamble",
-                "the first row is read as a setting, not as names or samples",
-            )],
-            lines => {
-                let text =
-                    format!("the first {lines} rows are read as settings, not as names or samples");
+            rows => {
+                let rows = counted(rows, "row");
+                let text = format!("read as settings, not as names or samples: the first {rows}");
                 vec![Note::told("preamble", text)]
             }
         },

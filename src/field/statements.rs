@@ -10,7 +10,7 @@ use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
 use super::storage::Factor;
 use crate::error::InputFault;
-use crate::measure::{Dimension, Length, Measure, Time, digits, quotient, symbol};
+use crate::measure::{Dimension, Length, Measure, Time, digits, quotient, symbol, symbol_or};
 
 /// A statement beside samples.
 #[derive(Debug, Clone)]
@@ -122,7 +122,7 @@ impl Statements {
             Some(NamedNumber {
                 name: one.name.clone(),
                 value,
-                unit: unit.map(|unit| symbol::<Length>(&unit).map_or(unit.clone(), str::to_owned)),
+                unit: unit.map(|unit| symbol_or::<Length>(&unit)),
                 rounding: f64::EPSILON * value.abs(),
             })
         });
@@ -237,12 +237,15 @@ impl Statements {
         }
         steps.extend(self.known(Step, "sample interval", typed::<Time>));
         let origins = self.known(TimeOrigin, "time of the first sample", typed::<Time>);
-        let unit = self.texts(TimeUnit);
-        let mut beside =
-            AxisBeside::of(["time", "sample interval"], steps, origins, unit, stated.dt)?;
-        beside.rules = stated.dt.is_none().then(|| options.evenness("time"));
-        beside.is_unit_stated = stated.time_unit.is_some();
-        Ok(beside)
+        let unit = (self.texts(TimeUnit), stated.time_unit.is_some());
+        let rules = options.evenness("time");
+        AxisBeside::of(
+            ["time", "sample interval"],
+            (steps, stated.dt),
+            origins,
+            unit,
+            rules,
+        )
     }
 
     /// The same about positions.
@@ -254,11 +257,9 @@ impl Statements {
         let what = "distance of the sites";
         let steps = self.known(Distance, what, typed::<Length>);
         let origins = self.known(SpaceOrigin, "position of the first site", typed::<Length>);
-        let unit = self.texts(SpaceUnit);
-        let mut beside = AxisBeside::of(["space", what], steps, origins, unit, stated.dx)?;
-        beside.rules = stated.dx.is_none().then(|| options.evenness("space"));
-        beside.is_unit_stated = stated.space_unit.is_some();
-        Ok(beside)
+        let unit = (self.texts(SpaceUnit), stated.space_unit.is_some());
+        let rules = options.evenness("space");
+        AxisBeside::of(["space", what], (steps, stated.dx), origins, unit, rules)
     }
 
     /// The unit of the samples, which those beside the `name` of the array go before.

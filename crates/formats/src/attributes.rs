@@ -88,6 +88,14 @@ impl Attributes {
         }
     }
 
+    /// Adds a unit and, but for 1, how many of it a number counts.
+    pub fn insert_counts(&mut self, (unit, count): (String, f64)) {
+        self.insert_text("units", unit);
+        if count != 1.0 {
+            self.insert("scale_factor", Value::Numbers(vec![count]));
+        }
+    }
+
     /// The value of this name.
     pub fn get(&self, name: &str) -> Option<&Value> {
         let found = self.0.iter().find(|(found, _)| found == name);

@@ -30,7 +30,7 @@ use super::statements::{Said, Statement, Statements};
 use super::storage::{Bytes, Factor};
 use super::{Field, Note, graded_masses, npy};
 use crate::error::{Error, InputFault, Result};
-use crate::measure::{self, Length};
+use crate::measure::{Length, symbol_or};
 
 pub(super) use axes::{dated, since_1970};
 use choose::Choice;
@@ -394,18 +394,12 @@ impl Arrays<'_> {
             found.push(NamedNumber {
                 name: variable.path.trim_start_matches('/').to_owned(),
                 value,
-                unit: self.unit(i).map(|unit| length_unit(&unit)),
+                unit: self.unit(i).map(|unit| symbol_or::<Length>(&unit)),
                 rounding: relative * value.abs(),
             });
         }
         Ok(found)
     }
-}
-
-/// The symbol of a unit of length; another unit as it is.
-fn length_unit(unit: &str) -> String {
-    let symbol = measure::symbol::<Length>(unit);
-    symbol.unwrap_or(unit).to_owned()
 }
 
 /// What a file that this program wrote states as its schema.

@@ -285,9 +285,7 @@ fn add(
     }
     let mut list = |name: &str, dimension: &Dimension, unit: &str, values: &[f64]| {
         let path = format!("/{name}{suffix}");
-        let mut variable = Variable::new(path, vec![dimension.clone()], Sample::F64);
-        variable.attributes.insert_text("units", unit);
-        container.push_list(variable, values.iter().map(|value| value.to_ne_bytes()));
+        container.push_floats(path, dimension, unit, values.iter().copied());
     };
     for (name, values) in &listed {
         list(name, &record, "", values);
