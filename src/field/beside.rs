@@ -56,7 +56,7 @@ pub(super) struct Listing {
 impl Listing {
     /// Whether another clock shows the same times: in any unit where one states none, and apart from what they count from
     /// where that is a date.
-    pub(super) fn agrees(&self, other: &Listing) -> bool {
+    fn agrees(&self, other: &Listing) -> bool {
         let size = |of: &Listing| of.unit.as_deref().and_then(crate::measure::size::<Time>);
         let sizes = || Time::UNITS.iter().map(|(_, size)| *size);
         let ratios: Vec<f64> = match (size(self), size(other)) {
@@ -76,6 +76,31 @@ impl Listing {
             pairs.all(|(a, b)| ((a - own) - (b - others) * ratio).abs() <= tolerance)
         };
         self.values.len() == other.values.len() && ratios.into_iter().any(shows_same)
+    }
+
+    /// Of several that agree the one that says more: a date alone agrees with every time of its day.
+    ///
+    /// # Errors
+    /// Two that differ.
+    pub(super) fn best(all: Vec<Listing>) -> Result<Option<Listing>, InputFault> {
+        let Some(mut best) = all.first().cloned() else {
+            return Ok(None);
+        };
+        for other in &all[1..] {
+            if !all[0].agrees(other) {
+                let [first, other] = [&all[0], other].map(|of| {
+                    let ends = [of.values.first(), of.values.last()];
+                    let [first, last] = ends.map(|end| digits(end.copied().unwrap_or(f64::NAN)));
+                    format!("`{}` from {first} to {last}{}", of.place, spaced(&of.unit))
+                });
+                return Err(contradiction("clock", first, other));
+            }
+            let is_finer = best.unit == other.unit && other.rounding < best.rounding;
+            if best.unit.is_none() && other.unit.is_some() || is_finer {
+                best = other.clone();
+            }
+        }
+        Ok(Some(best))
     }
 }
 

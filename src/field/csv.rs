@@ -15,8 +15,7 @@ use super::options::{Header, TimeColumn};
 use super::preamble::{Preamble, SETTING_CELLS, length, unit_of};
 use super::rows::{RowReader, line_of_row};
 use super::stamp::Stamp;
-use super::statements::contradiction;
-use super::storage::Storage;
+use super::storage::{Storage, by_rows};
 use super::{Field, Layout, Note, header};
 use crate::error::{CoordinateKind, Error, InputFault, Result};
 use crate::measure::{Time, counted, symbol};
@@ -444,36 +443,6 @@ impl Table<'_> {
         }
     }
 
-    /// The coordinates of the rows, of all columns that hold them.
-    ///
-    /// # Errors
-    /// Two that differ.
-    fn row_coordinates(&self) -> Result<Option<Given>, InputFault> {
-        let mut listings = self.clocks.iter().map(|clock| self.listing(clock));
-        let Some(first) = listings.next() else {
-            return Ok(None);
-        };
-        let mut best = first.clone();
-        for other in listings {
-            if !first.agrees(&other) {
-                let [first, other] = [&first, &other].map(|of| {
-                    let end = of.values.last().copied().unwrap_or(f64::NAN);
-                    let unit = of.unit.as_deref().unwrap_or_default();
-                    format!("`{}` from {} to {end} {unit}", of.place, of.values[0])
-                        .trim_end()
-                        .to_owned()
-                });
-                return Err(contradiction("clock", first, other));
-            }
-            // The one that says more: a date alone agrees with every time of its day.
-            let is_finer = best.unit == other.unit && other.rounding < best.rounding;
-            if best.unit.is_none() && other.unit.is_some() || is_finer {
-                best = other;
-            }
-        }
-        Ok(Some(Given::Listed(best)))
-    }
-
     fn contents(mut self) -> Result<Contents> {
         let source = self.source;
         let fault = |fault| source.fault(fault);
@@ -486,20 +455,14 @@ impl Table<'_> {
         if !has_times && options.time_column == TimeColumn::Detect {
             self.judge_first_column().map_err(fault)?;
         }
-        let rows = self.row_coordinates().map_err(fault)?;
+        let clocks = self.clocks.iter().map(|clock| self.listing(clock));
+        let rows = Listing::best(clocks.collect()).map_err(fault)?;
+        let rows = rows.map(Given::Listed);
         let (n_rows, n_columns) = (self.lines.len(), self.columns.len());
         let columns = self.labels().map(Given::Listed);
         let rows_are_times = self.rows_are_times;
-        let (times, sites) = if rows_are_times {
-            (rows, columns)
-        } else {
-            (columns, rows)
-        };
-        let (n_times, n_sites) = if rows_are_times {
-            (n_rows, n_columns)
-        } else {
-            (n_columns, n_rows)
-        };
+        let (times, sites) = by_rows(rows_are_times, rows, columns);
+        let (n_times, n_sites) = by_rows(rows_are_times, n_rows, n_columns);
         let time = time.axis(times, &mut self.notes).map_err(|uneven| {
             source.fault(match uneven {
                 InputFault::UnevenAxis {

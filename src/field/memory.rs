@@ -82,15 +82,13 @@ impl MemorySamples {
     /// The samples in rows, if they lie so; otherwise by their strides.
     fn storage(self) -> Result<Storage, InputFault> {
         let MemorySamples {
-            bytes,
-            sample,
-            order,
-            start,
             shape,
             strides,
+            start,
+            ..
         } = self;
-        let size = sample.bytes();
-        let length = bytes.as_slice().len();
+        let size = self.sample.bytes();
+        let length = self.bytes.as_slice().len();
         // From the lowest to the highest byte.
         let reach = |sign: isize| -> isize {
             let axes = shape.iter().zip(strides);
@@ -107,14 +105,9 @@ impl MemorySamples {
                 most: length as u64,
             });
         }
-        let bytes = Bytes::Shared(bytes);
-        Ok(Storage::of_strides(
-            bytes,
-            (sample, order),
-            start,
-            shape,
-            strides,
-        ))
+        let bytes = Bytes::Shared(self.bytes);
+        let numbers = (self.sample, self.order);
+        Ok(Storage::of_strides(bytes, numbers, start, shape, strides))
     }
 }
 

@@ -43,19 +43,14 @@ pub(crate) struct Header {
 impl Header {
     /// Reads the header at the start of `bytes`; the first [`PREFIX_LIMIT`] suffice.
     pub(crate) fn parse(bytes: &[u8]) -> Result<Header, InputFault> {
-        let HeaderEntries {
-            descr,
-            fortran_order,
-            shape,
-            data_start,
-        } = HeaderEntries::parse(bytes)?;
-        let (sample, order, counts) = parse_descr(descr)?;
+        let stated = HeaderEntries::parse(bytes)?;
+        let (sample, order, counts) = parse_descr(stated.descr)?;
         Ok(Header {
             sample,
             order,
-            fortran_order,
-            shape,
-            data_start,
+            fortran_order: stated.fortran_order,
+            shape: stated.shape,
+            data_start: stated.data_start,
             counts,
         })
     }

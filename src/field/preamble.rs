@@ -4,11 +4,12 @@
 use std::borrow::Cow;
 
 use csv::ByteRecord;
+use wavecascade_formats::Value;
 
 use super::csv::{excerpt, number};
 use super::meaning::{Meaning, enclosed, known_as, quantity};
 use super::rows::with_point;
-use super::statements::{Said, Statement, Statements};
+use super::statements::{Statement, Statements};
 use crate::error::InputFault;
 use crate::measure::{Frequency, Time, symbol};
 
@@ -186,7 +187,7 @@ impl Preamble {
         self.statements.take(Statement {
             name: name.to_owned(),
             place: name.to_owned(),
-            value: Said::Text(unit_of(value)),
+            value: Value::Text(unit_of(value)),
             unit: unit.map(unit_of),
         })
     }

@@ -1,6 +1,8 @@
 //! What a file states beside its samples, gathered by meaning: several that agree are one, several that differ are an
 //! error, and what looks like one but is none is said.
 
+use wavecascade_formats::Value;
+
 use super::Note;
 use super::beside::{AxisBeside, Known};
 use super::meaning::Meaning::{self, *};
@@ -18,25 +20,17 @@ pub(super) struct Statement {
     pub(super) name: String,
     /// The name with what holds it.
     pub(super) place: String,
-    pub(super) value: Said,
+    pub(super) value: Value,
     /// A unit that stands beside the value.
     pub(super) unit: Option<String>,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Said {
-    Numbers(Vec<f64>),
-    Text(String),
-}
-
 impl Statement {
     fn text(&self) -> String {
-        match &self.value {
-            Said::Text(text) => format!("{text:?}"),
-            Said::Numbers(numbers) => match numbers[..] {
-                [number] => digits(number),
-                _ => format!("{} numbers", numbers.len()),
-            },
+        match (self.value.text(), self.numbers().as_deref()) {
+            (Some(text), _) => format!("{text:?}"),
+            (None, Some([number])) => digits(*number),
+            (None, numbers) => format!("{} numbers", numbers.map_or(0, <[f64]>::len)),
         }
     }
 
@@ -54,37 +48,27 @@ impl Statement {
 
     /// Its only number, as text, and the unit in a text.
     fn number(&self) -> Option<(String, Option<String>)> {
-        match &self.value {
-            Said::Numbers(numbers) => match numbers[..] {
-                [number] => Some((format!("{number:e}"), None)),
-                _ => None,
-            },
-            Said::Text(text) => match Label::parse(text)? {
-                // Dates and times of day begin with a number, too.
-                Label::Value { unit, .. }
-                    if unit
-                        .as_deref()
-                        .is_some_and(|unit| unit.starts_with([':', '-', '/'])) =>
-                {
-                    None
-                }
-                Label::Value { value, unit } => Some((format!("{value:e}"), unit)),
-                Label::Index(_) => None,
-            },
-        }
+        let Some(text) = self.value.text() else {
+            return Some((format!("{:e}", self.value.number()?), None));
+        };
+        let Label::Value { value, unit } = Label::parse(text)? else {
+            return None;
+        };
+        // Dates and times of day begin with a number, too.
+        let is_date = unit
+            .as_ref()
+            .is_some_and(|unit| unit.starts_with([':', '-', '/']));
+        (!is_date).then(|| (format!("{value:e}"), unit))
     }
 
     /// Numbers of a list, or the one.
     fn numbers(&self) -> Option<Vec<f64>> {
-        match &self.value {
-            Said::Numbers(numbers) => Some(numbers.clone()),
-            Said::Text(text) => {
-                let words = text.split(|c: char| c == ',' || c.is_whitespace());
-                let words = words.filter(|word| !word.is_empty());
-                let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
-                numbers.filter(|numbers| !numbers.is_empty())
-            }
-        }
+        let Some(text) = self.value.text() else {
+            return self.value.numbers();
+        };
+        let words = text.split(|c: char| c == ',' || c.is_whitespace());
+        let words = words.filter(|word| !word.is_empty());
+        words.map(|word| word.parse().ok()).collect()
     }
 }
 
@@ -151,7 +135,7 @@ impl Statements {
             let is_nearer = |other: &&Statement| key(&other.name) == key(&one.name);
             match self.all.iter().find(is_nearer) {
                 None => self.all.push(one),
-                Some(nearer) if nearer.value != one.value && self.is_one(&one.name) => {
+                Some(nearer) if nearer.text() != one.text() && self.is_one(&one.name) => {
                     self.overruled.push(one);
                 }
                 Some(_) => {}
@@ -174,12 +158,8 @@ impl Statements {
 
     /// The texts of a meaning that are not empty.
     pub(super) fn texts<'a>(&'a self, meaning: Meaning) -> Vec<(&'a Statement, &'a str)> {
-        let text = |one: &'a Statement| match &one.value {
-            Said::Text(text) => Some(text.trim()).filter(|text| !text.is_empty()),
-            Said::Numbers(_) => None,
-        };
         self.of(meaning)
-            .filter_map(|one| Some((one, text(one)?)))
+            .filter_map(|one| Some((one, one.value.text()?)))
             .collect()
     }
 
@@ -188,10 +168,7 @@ impl Statements {
         let (name, _) = with_unit(name);
         let wanted = ["unit", "units"].map(|ending| format!("{}{ending}", key(name)));
         let found = self.all.iter().find(|one| wanted.contains(&key(&one.name)));
-        match &found?.value {
-            Said::Text(text) => Some(text.trim().to_owned()).filter(|unit| !unit.is_empty()),
-            Said::Numbers(_) => None,
-        }
+        Some(found?.value.text()?.to_owned())
     }
 
     /// What all statements of `meaning` say, each with the unit of its text, of its name or beside it.

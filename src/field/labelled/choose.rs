@@ -7,6 +7,7 @@ use wavecascade_formats::{Container, Coordinate, Dimension, Format, Variable};
 use super::super::meaning::{Meaning, known_as};
 use super::super::note::spaced;
 use super::super::options::{At, Label};
+use super::super::storage::by_rows;
 use super::super::{Layout, Note};
 use super::Arrays;
 use crate::error::{DimensionName, Error, InputFault, Result};
@@ -177,11 +178,7 @@ fn roles(
                 true => by_layout,
                 false => straight > crossed,
             };
-            let (time, space) = if is_straight {
-                (first, second)
-            } else {
-                (second, first)
-            };
+            let (time, space) = by_rows(is_straight, first, second);
             Ok((time, Some(space), straight != crossed))
         }
         (_, _, &[]) => fault(InputFault::NoSamples {
@@ -538,13 +535,8 @@ fn nearest(
     let tolerance = (step / 2.0).max(1e-9 * value.abs());
     if distance(&nearest) > tolerance * (1.0 + 1e-9) {
         let (first, last) = (values[0], values[values.len() - 1]);
-        let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
-        let range = format!(
-            "{} to {}{unit}",
-            measure::digits(first),
-            measure::digits(last)
-        );
-        return Err(refuse(range));
+        let (first, last) = (measure::digits(first), measure::digits(last));
+        return Err(refuse(format!("{first} to {last}{}", spaced(&unit))));
     }
     // Beyond what a number in single precision is rounded by.
     let is_other = distance(&nearest) > 1e-3 * step + 1e-6 * value.abs();

@@ -26,7 +26,7 @@ use super::npz::Archive;
 use super::open::{Contents, FileSource};
 use super::options::Delays;
 use super::scan::NamedNumber;
-use super::statements::{Said, Statement, Statements};
+use super::statements::{Statement, Statements};
 use super::storage::{Bytes, Factor};
 use super::{Field, Note, graded_masses, npy};
 use crate::error::{Error, InputFault, Result};
@@ -213,7 +213,7 @@ impl<'a> Arrays<'a> {
                     found.push(Statement {
                         name: name.to_owned(),
                         place: place.to_owned(),
-                        value: Said::Numbers(self.unpacked(i)?),
+                        value: Value::Numbers(self.unpacked(i)?),
                         unit: self.unit(i),
                     });
                 }
@@ -232,16 +232,10 @@ type Placed = (u64, Vec<u64>, ByteOrder);
 
 /// An attribute as a statement.
 fn statement(attributes: &Attributes, key: &str, name: &str, place: &str) -> Option<Statement> {
-    let value = match (attributes.get(key)?, attributes.text(key)) {
-        (_, Some(text)) => Said::Text(text.to_owned()),
-        (Value::Integers(numbers), _) => Said::Numbers(numbers.iter().map(|&v| v as f64).collect()),
-        (Value::Numbers(numbers), _) => Said::Numbers(numbers.clone()),
-        _ => return None,
-    };
     Some(Statement {
         name: name.to_owned(),
         place: place.to_owned(),
-        value,
+        value: attributes.get(key)?.clone(),
         unit: None,
     })
 }
