@@ -297,6 +297,14 @@ impl Table<'_> {
         Ok(())
     }
 
+    /// What a column is called in sentences.
+    fn label(&self, column: usize) -> String {
+        match self.names[column].as_str() {
+            "" => format!("column {}", column + 1),
+            name => name.to_owned(),
+        }
+    }
+
     /// The line of the row whose search began at line `from`.
     fn line(&self, from: u64) -> u64 {
         line_of_row(&self.source.bytes, from)
@@ -377,11 +385,7 @@ impl Table<'_> {
                 values.len() > 2 && values[0].fract() == 0.0 && (0..).zip(&values).all(counts)
             };
             if is_counted {
-                let column = match name.is_empty() {
-                    true => "a column without a name".to_owned(),
-                    false => format!("the column {name:?}"),
-                };
-                let text = format!("{column} counts the rows and is left out");
+                let text = format!("{} counts the rows and is left out", self.label(column));
                 self.notes.push(Note::told("counted-rows", text));
             }
             out[place] = is_counted || Some(column) > last && name.is_empty();
@@ -405,11 +409,7 @@ impl Table<'_> {
 
     /// The coordinates in a column, counted from the first if that is a date.
     fn listing(&self, clock: &Clock) -> Listing {
-        let name = &self.names[clock.column];
-        let place = match name.is_empty() {
-            true => format!("column {}", clock.column + 1),
-            false => name.clone(),
-        };
+        let (name, place) = (&self.names[clock.column], self.label(clock.column));
         if let Some((stamp, cell)) = &clock.first {
             return Listing {
                 place,

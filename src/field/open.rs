@@ -165,11 +165,8 @@ impl Field {
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Field> {
         let path = path.as_ref();
         options.check()?;
-        let Opened {
-            bytes,
-            state,
-            format,
-        } = Opened::at(path, options)?;
+        let opened = Opened::at(path, options)?;
+        let (bytes, state, format) = (opened.bytes, opened.state, opened.format);
         format.check(path, options)?;
         // The `run.toml` next to a run is its scene, and `field.toml` next to a field that this program
         // wrote that of the file it was made of: not a sidecar.

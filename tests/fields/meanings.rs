@@ -278,8 +278,8 @@ fn regress_a_stated_step_overrules_in_words() {
         ("a.sgy", segy, ["4000 us", "2001 us"]),
         (
             "a.npz",
-            beside(&[("fs", number(1000.0)), ("dt", number(0.004))]),
-            ["1000", "0.004"],
+            beside(&[("fs", number(500.0)), ("dt", number(0.004))]),
+            ["500", "0.004"],
         ),
     ] {
         let options = OpenOptions {

@@ -40,10 +40,8 @@ pub(super) fn assign(walk: &mut Walk) {
             continue;
         };
         let split = |names: &str| -> Vec<String> {
-            names
-                .split(',')
-                .map(|name| name.trim().to_owned())
-                .collect()
+            let names = names.split(',');
+            names.map(|name| name.trim().to_owned()).collect()
         };
         let dims = split(dims);
         let find = |name: &str| places.get(&format!("{path}/{name}")).copied();
@@ -127,12 +125,11 @@ fn units(pickled: &[u8]) -> Vec<(String, String)> {
                 memo.extend(stack.last().map(|last| (line(), *last)));
                 continue;
             }
-            'c' => {
-                (line(), line());
-                Other
-            }
-            'F' | 'I' | 'L' | 'S' => {
+            'c' | 'F' | 'I' | 'L' | 'S' => {
                 line();
+                if code == 'c' {
+                    line();
+                }
                 Other
             }
             'N' => Other,
