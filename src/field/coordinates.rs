@@ -451,16 +451,8 @@ mod tests {
         for missing in 1..9 {
             let values: Vec<f64> = (0..10).filter(|&n| n != missing).map(f64::from).collect();
             let uneven = Coordinates::fit(&values, 1.0).unwrap_err();
-            let Uneven {
-                index,
-                expected,
-                found,
-                is_gap,
-            } = uneven;
-            assert_eq!(
-                (index, expected, found, is_gap),
-                (missing as usize, 1.0, 2.0, false)
-            );
+            let found = (uneven.index, uneven.expected, uneven.found, uneven.is_gap);
+            assert_eq!(found, (missing as usize, 1.0, 2.0, false));
         }
     }
 

@@ -111,7 +111,7 @@ pub(super) const TABLE: &[(Meaning, &str, &str)] = &[
 
 /// What the name of a number looks like that is none of the table: of samples, of times, of positions.
 pub(super) const LIKE: [&[&str]; 3] = [
-    &["gain", "calib", "sensitiv", "slope", "conversion"],
+    &["gain", "calib", "sensitiv", "conversion"],
     &["rate", "interval", "freq", "sampling", "timestep"],
     &["spacing", "spatial"],
 ];

@@ -196,7 +196,7 @@ impl Statements {
         found.collect()
     }
 
-    /// What is stated about times beside their coordinates, but for a step that is `stated`.
+    /// What is stated about times beside their coordinates; a step and a unit that are `stated` go before.
     pub(super) fn time(
         &self,
         stated: &Sidecar,

@@ -112,7 +112,7 @@ fn units(pickled: &[u8]) -> Vec<(String, String)> {
     let (mut stack, mut memo) = (Vec::new(), HashMap::new());
     let (mut dictionaries, mut names, mut units) = (0, HashMap::new(), Vec::new());
     while let Some(code) = rest.chars().next() {
-        rest = &rest[1..];
+        rest = &rest[code.len_utf8()..];
         let mut line = || {
             let (line, after) = rest.split_once('\n').unwrap_or((rest, ""));
             rest = after;
