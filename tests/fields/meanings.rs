@@ -356,3 +356,24 @@ fn regress_two_statements_that_differ_are_refused() {
         );
     }
 }
+
+/// Frequency responses beside the numbers of their nodes: those are no record.
+#[test]
+fn regress_what_is_not_read_hides_behind_no_list() {
+    let place = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/crates/formats/tests/files/uff/ascii.uff"
+    );
+    let text = std::fs::read_to_string(place).unwrap();
+    let mut header = 6;
+    let lines = text.lines().map(|line| {
+        header = if line.trim() == "58" { 0 } else { header + 1 };
+        // The first number of the sixth line behind that is the type of the function.
+        match header {
+            6 => format!("    4{}\n", &line[5..]),
+            _ => format!("{line}\n"),
+        }
+    });
+    let refused = fault("a.uff", lines.collect::<String>()).to_string();
+    assert!(refused.contains("functions of type 4"), "{refused}");
+}

@@ -369,12 +369,15 @@ fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputF
     let which = || InputFault::WhichVariable {
         variables: list(container),
     };
-    let mut unread = variables
-        .iter()
-        .filter(|v| v.sample_type.way_out().is_some());
-    match candidates[..] {
-        [only] => Ok(only),
-        [] => Err(unread.next().map_or_else(which, not_numbers)),
+    let unread = |v: &&Variable| v.sample_type.way_out().is_some();
+    let mut unread = variables.iter().filter(unread);
+    // What is not read may be the field, beside lists that are none.
+    let has_field = candidates.iter().any(|&i| rank(&variables[i]) > 1);
+    let hidden = unread.clone().find(|v| !has_field && rank(v) > 1);
+    match (&candidates[..], hidden) {
+        (_, Some(hidden)) => Err(not_numbers(hidden)),
+        ([only], None) => Ok(*only),
+        ([], None) => Err(unread.next().map_or_else(which, not_numbers)),
         _ => preferred().ok_or_else(which),
     }
 }
