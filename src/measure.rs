@@ -31,6 +31,11 @@ pub fn symbol<D: Dimension>(name: &str) -> Option<&'static str> {
         .find(|unit| *unit == name)
 }
 
+/// The symbol of a unit of `D`; another text as it is.
+pub(crate) fn symbol_or<D: Dimension>(unit: &str) -> String {
+    symbol::<D>(unit).unwrap_or(unit).to_owned()
+}
+
 /// The size of the unit that `name` spells, in the first unit of `D`; `None` for no unit of it.
 pub fn size<D: Dimension>(name: &str) -> Option<f64> {
     let symbol = symbol::<D>(name)?;
@@ -103,6 +108,12 @@ pub(crate) fn quotient(unit: &str) -> String {
         [unit] => format!("{over}/{unit}"),
         units => format!("{over}/({})", units.join(" ")),
     }
+}
+
+/// A number of things in words: `1 value`, `2 values`.
+pub(crate) fn counted(number: usize, thing: &str) -> String {
+    let ending = if number == 1 { "" } else { "s" };
+    format!("{number} {thing}{ending}")
 }
 
 /// The number with the fewest digits that lies within `tolerance` of `value`.

@@ -265,10 +265,9 @@ impl Coordinates {
         [origin, step]: [Option<Measure<D>>; 2],
         unit: Option<String>,
     ) -> Result<Axis, InputFault> {
-        let unit = unit.or(self.unit).map(|unit| {
-            let symbol = measure::symbol::<D>(&unit).map(str::to_owned);
-            symbol.unwrap_or(unit)
-        });
+        let unit = unit
+            .or(self.unit)
+            .map(|unit| measure::symbol_or::<D>(&unit));
         let is_typed = |measure: &Option<Measure<D>>| measure.as_ref().is_some_and(|m| m.has_unit);
         let unit = match unit {
             None if is_typed(&origin) || is_typed(&step) => Some(D::UNITS[0].0.to_owned()),
@@ -452,16 +451,8 @@ mod tests {
         for missing in 1..9 {
             let values: Vec<f64> = (0..10).filter(|&n| n != missing).map(f64::from).collect();
             let uneven = Coordinates::fit(&values, 1.0).unwrap_err();
-            let Uneven {
-                index,
-                expected,
-                found,
-                is_gap,
-            } = uneven;
-            assert_eq!(
-                (index, expected, found, is_gap),
-                (missing as usize, 1.0, 2.0, false)
-            );
+            let found = (uneven.index, uneven.expected, uneven.found, uneven.is_gap);
+            assert_eq!(found, (missing as usize, 1.0, 2.0, false));
         }
     }
 

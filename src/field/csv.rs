@@ -5,20 +5,20 @@ use csv::ByteRecord;
 
 use wavecascade_formats::Sample;
 
+use super::beside::{Given, Listing};
 use super::coordinates::Coordinates;
 use super::file_bytes::FileBytes;
-use super::labelled::{dated, quantity, since_1970};
-use super::meaning::{Meaning, counts_rows, enclosed, known_as};
+use super::labelled::{dated, since_1970};
+use super::meaning::{Meaning, counts_rows, enclosed, known_as, quantity};
 use super::open::{Contents, FileSource};
 use super::options::{Header, TimeColumn};
 use super::preamble::{Preamble, SETTING_CELLS, length, unit_of};
 use super::rows::{RowReader, line_of_row};
 use super::stamp::Stamp;
-use super::statements::{Given, Listing, contradiction};
-use super::storage::Storage;
+use super::storage::{Storage, by_rows};
 use super::{Field, Layout, Note, header};
 use crate::error::{CoordinateKind, Error, InputFault, Result};
-use crate::measure::{Time, symbol};
+use crate::measure::{Time, counted, symbol};
 use crate::system::memory::try_with_capacity;
 
 /// A table, with the coordinates that its header and its first column state.
@@ -57,13 +57,9 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         rounding: f64::INFINITY,
         notes: match preamble.rows {
             0 => Vec::new(),
-            1 => vec![Note::told(
-                "preamble",
-                "the first row is read as a setting, not as names or samples",
-            )],
-            lines => {
-                let text =
-                    format!("the first {lines} rows are read as settings, not as names or samples");
+            rows => {
+                let rows = counted(rows, "row");
+                let text = format!("read as settings, not as names or samples: the first {rows}");
                 vec![Note::told("preamble", text)]
             }
         },
@@ -108,8 +104,9 @@ fn preamble(
         }
         is_one = stated == Header::Detect && Preamble::may_continue(&first_rows, record);
     }
+    let preamble = Preamble::of_comments(&source.bytes);
     if first_rows.is_empty() {
-        return Ok(Preamble::default());
+        return Ok(preamble);
     }
     let cell = |row: &ByteRecord| InputFault::Cell {
         line: line_of_row(&source.bytes, starts_at(row)),
@@ -117,7 +114,8 @@ fn preamble(
         found: excerpt(&row[0]),
     };
     let places: Vec<InputFault> = first_rows.iter().map(cell).collect();
-    Preamble::of(first_rows, record).map_err(|row| match places.into_iter().nth(row) {
+    let preamble = preamble.with_rows(first_rows, record);
+    preamble.map_err(|row| match places.into_iter().nth(row) {
         Some(place) => fault(place),
         None => fault(InputFault::NoRows),
     })
@@ -299,6 +297,14 @@ impl Table<'_> {
         Ok(())
     }
 
+    /// What a column is called in sentences.
+    fn label(&self, column: usize) -> String {
+        match self.names[column].as_str() {
+            "" => format!("column {}", column + 1),
+            name => name.to_owned(),
+        }
+    }
+
     /// The line of the row whose search began at line `from`.
     fn line(&self, from: u64) -> u64 {
         line_of_row(&self.source.bytes, from)
@@ -379,11 +385,7 @@ impl Table<'_> {
                 values.len() > 2 && values[0].fract() == 0.0 && (0..).zip(&values).all(counts)
             };
             if is_counted {
-                let column = match name.is_empty() {
-                    true => "a column without a name".to_owned(),
-                    false => format!("the column {name:?}"),
-                };
-                let text = format!("{column} counts the rows and is left out");
+                let text = format!("{} counts the rows and is left out", self.label(column));
                 self.notes.push(Note::told("counted-rows", text));
             }
             out[place] = is_counted || Some(column) > last && name.is_empty();
@@ -407,11 +409,7 @@ impl Table<'_> {
 
     /// The coordinates in a column, counted from the first if that is a date.
     fn listing(&self, clock: &Clock) -> Listing {
-        let name = &self.names[clock.column];
-        let place = match name.is_empty() {
-            true => format!("column {}", clock.column + 1),
-            false => name.clone(),
-        };
+        let (name, place) = (&self.names[clock.column], self.label(clock.column));
         if let Some((stamp, cell)) = &clock.first {
             return Listing {
                 place,
@@ -445,36 +443,6 @@ impl Table<'_> {
         }
     }
 
-    /// The coordinates of the rows, of all columns that hold them.
-    ///
-    /// # Errors
-    /// Two that differ.
-    fn row_coordinates(&self) -> Result<Option<Given>, InputFault> {
-        let mut listings = self.clocks.iter().map(|clock| self.listing(clock));
-        let Some(first) = listings.next() else {
-            return Ok(None);
-        };
-        let mut best = first.clone();
-        for other in listings {
-            if !first.agrees(&other) {
-                let [first, other] = [&first, &other].map(|of| {
-                    let end = of.values.last().copied().unwrap_or(f64::NAN);
-                    let unit = of.unit.as_deref().unwrap_or_default();
-                    format!("`{}` from {} to {end} {unit}", of.place, of.values[0])
-                        .trim_end()
-                        .to_owned()
-                });
-                return Err(contradiction("clock", first, other));
-            }
-            // The one that says more: a date alone agrees with every time of its day.
-            let is_finer = best.unit == other.unit && other.rounding < best.rounding;
-            if best.unit.is_none() && other.unit.is_some() || is_finer {
-                best = other;
-            }
-        }
-        Ok(Some(Given::Listed(best)))
-    }
-
     fn contents(mut self) -> Result<Contents> {
         let source = self.source;
         let fault = |fault| source.fault(fault);
@@ -487,20 +455,14 @@ impl Table<'_> {
         if !has_times && options.time_column == TimeColumn::Detect {
             self.judge_first_column().map_err(fault)?;
         }
-        let rows = self.row_coordinates().map_err(fault)?;
+        let clocks = self.clocks.iter().map(|clock| self.listing(clock));
+        let rows = Listing::best(clocks.collect()).map_err(fault)?;
+        let rows = rows.map(Given::Listed);
         let (n_rows, n_columns) = (self.lines.len(), self.columns.len());
         let columns = self.labels().map(Given::Listed);
         let rows_are_times = self.rows_are_times;
-        let (times, sites) = if rows_are_times {
-            (rows, columns)
-        } else {
-            (columns, rows)
-        };
-        let (n_times, n_sites) = if rows_are_times {
-            (n_rows, n_columns)
-        } else {
-            (n_columns, n_rows)
-        };
+        let (times, sites) = by_rows(rows_are_times, rows, columns);
+        let (n_times, n_sites) = by_rows(rows_are_times, n_rows, n_columns);
         let time = time.axis(times, &mut self.notes).map_err(|uneven| {
             source.fault(match uneven {
                 InputFault::UnevenAxis {

@@ -7,7 +7,7 @@ use super::coordinates::Coordinates;
 use super::csv::{number, row_meaning};
 use super::meaning::known_as;
 use super::options::{Header, TimeColumn};
-use super::preamble::{is_setting, length};
+use super::preamble::{comments, is_setting, length};
 use super::rows::RowReader;
 
 /// Whether a first line names columns: it starts with a word, or holds no number at all. The only
@@ -82,14 +82,7 @@ pub(super) fn of_comments(
     layout: Layout,
     asked: &TimeColumn,
 ) -> Option<ByteRecord> {
-    let lines = text.split(|&byte| matches!(byte, b'\n' | b'\r'));
-    let lines = lines.map(|line| {
-        let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line);
-        line.trim_ascii()
-    });
-    let preamble = lines.take_while(|line| line.is_empty() || line.starts_with(b"#"));
-    let comments = preamble.filter_map(|line| line.strip_prefix(b"#"));
-    let named = comments.filter_map(|line| names(&String::from_utf8_lossy(line), width));
+    let named = comments(text).filter_map(|line| names(&String::from_utf8_lossy(line), width));
     let states = |(names, is_prose): &(ByteRecord, bool)| {
         let is_meant = |name: &[u8]| {
             let name = String::from_utf8_lossy(name);

@@ -82,6 +82,7 @@ pub fn inspect(path: &Path, options: &OpenOptions) -> Result<Inspection> {
 
 fn info(container: &Container, variable: &Variable) -> VariableInfo {
     let coordinate = |coordinate: &Option<Coordinate>, len: u64| match coordinate.as_ref()? {
+        Coordinate::Even { step, .. } if step.is_nan() => None,
         Coordinate::Even { origin, step, unit } => {
             let last = origin + len.saturating_sub(1) as f64 * step;
             let unit = unit.as_deref().unwrap_or_default();

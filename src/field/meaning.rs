@@ -1,5 +1,7 @@
 //! What the names in files mean: clocks, steps, rates, units, scales. Each meaning is a line of one table.
 
+use super::Quantity;
+use super::labelled::last_name;
 use crate::measure::{Length, Time, symbol};
 
 /// What a name stands for.
@@ -27,6 +29,11 @@ pub(super) enum Meaning {
     SpaceUnit,
     Scale,
     Offset,
+    /// Both limits of stored numbers that are samples, the least, the largest; numbers that are gaps.
+    ValidRange,
+    ValidMin,
+    ValidMax,
+    Fill,
     /// A column that counts rows.
     Counter,
 }
@@ -59,14 +66,14 @@ pub(super) const TABLE: &[(Meaning, &str, &str)] = &[
     (
         Step,
         "dt timestep deltat delta sampleinterval samplinginterval sampleperiod samplingperiod samplingstep sampletime \
-         samplingtime samplespacing timeinterval timespacing timesampling",
+         samplingtime samplespacing timeinterval timespacing timesampling deltatime tsamp",
         "horizontalinterval xinc xincrement increment tinc hresolution",
     ),
     (
         Rate,
         "fs rate samplingrate samplerate samplingfrequency samplefrequency samplingfreq samplefreq fsample fsampling \
          outputdatarate datarate acquisitionrate acquisitionfrequency framerate fps sps samplespersecond scanrate \
-         abtastrate",
+         samprate fsamp abtastrate abtastfrequenz",
         "",
     ),
     (
@@ -90,6 +97,10 @@ pub(super) const TABLE: &[(Meaning, &str, &str)] = &[
     (SpaceUnit, "spaceunit spaceunits", ""),
     (Scale, "scalefactor scalefactors scale scales scaling", ""),
     (Offset, "addoffset addoffsets offset offsets", ""),
+    (ValidRange, "validrange", ""),
+    (ValidMin, "validmin validminimum", ""),
+    (ValidMax, "validmax validmaximum", ""),
+    (Fill, "fillvalue missingvalue", ""),
     (
         Counter,
         "n i no nr num number index idx row line sample samples point points count counter sequence record unnamed \
@@ -100,7 +111,7 @@ pub(super) const TABLE: &[(Meaning, &str, &str)] = &[
 
 /// What the name of a number looks like that is none of the table: of samples, of times, of positions.
 pub(super) const LIKE: [&[&str]; 3] = [
-    &["gain", "calib", "sensitiv"],
+    &["gain", "calib", "sensitiv", "conversion"],
     &["rate", "interval", "freq", "sampling", "timestep"],
     &["spacing", "spatial"],
 ];
@@ -155,8 +166,12 @@ pub(super) fn means(name: &str, meaning: Meaning, is_setting: bool) -> Option<Op
     let (_, names, settings) = TABLE.iter().find(|(is, ..)| *is == meaning)?;
     let is_one = |name: &str| {
         let key = key(name);
+        // Beside each channel its clock: `Time 1`, `CH1`, `Time 2`, `CH2`.
+        let unnumbered = key.trim_end_matches(|c: char| c.is_ascii_digit());
+        let is_clock = meaning == Meaning::Time && unnumbered.len() > 3;
         let settings = settings.split(' ').filter(|_| is_setting);
-        !key.is_empty() && names.split(' ').chain(settings).any(|name| name == key)
+        let mut names = names.split(' ').chain(settings);
+        !key.is_empty() && names.any(|name| name == key || is_clock && name == unnumbered)
     };
     let is_bare = !name.contains(['(', '[', '/']);
     if is_bare && is_one(name) {
@@ -190,5 +205,67 @@ pub(super) fn hertz(unit: &str) -> Option<f64> {
         "m" | "mega" => Some(1e6),
         "g" | "giga" => Some(1e9),
         _ => None,
+    }
+}
+
+/// The quantity that a name, or else a unit, stands for.
+pub(super) fn quantity(
+    path: &str,
+    standard_name: Option<&str>,
+    unit: Option<&str>,
+) -> Option<Quantity> {
+    let last = last_name(path).to_ascii_lowercase();
+    let names = [Some(last.as_str()), standard_name];
+    let by_name = Quantity::ALL.into_iter().find(|quantity| {
+        let is_it =
+            |name: &str| name == quantity.name() || name == quantity.name().replace('_', "");
+        names.into_iter().flatten().any(is_it)
+    });
+    by_name.or_else(|| of_unit(unit?))
+}
+
+/// The quantity that is measured in `unit`.
+pub(super) fn of_unit(unit: &str) -> Option<Quantity> {
+    let spelled: String = unit.chars().filter(|c| !c.is_whitespace()).collect();
+    let spelled = spelled
+        .replace("**", "")
+        .replace('^', "")
+        .replace(['*', '.'], "");
+    let bare = |units: &[&str]| {
+        let prefixes = ["", "m", "u", "\u{b5}", "\u{3bc}", "n", "c", "k"];
+        let is_prefixed = |unit: &&str| {
+            let rest = spelled.strip_suffix(*unit);
+            rest.is_some_and(|prefix| prefixes.contains(&prefix))
+        };
+        units.iter().any(is_prefixed)
+    };
+    match () {
+        _ if bare(&["m/s", "ms-1", "m/sec"]) => Some(Quantity::Velocity),
+        _ if bare(&["m/s2", "ms-2", "m/s\u{b2}"]) || spelled == "g" => Some(Quantity::Acceleration),
+        _ if bare(&["m", "meter", "metre"]) => Some(Quantity::Displacement),
+        _ if bare(&["strain/s", "1/s", "s-1", "/s"]) => Some(Quantity::StrainRate),
+        _ if bare(&["N"]) => Some(Quantity::Force),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_names_its_quantity() {
+        for (units, quantity) in [
+            ("m/s|mm/s|m s-1|m s**-1|\u{b5}m/s", Some(Quantity::Velocity)),
+            ("m/s^2|g", Some(Quantity::Acceleration)),
+            ("nm", Some(Quantity::Displacement)),
+            ("strain/s", Some(Quantity::StrainRate)),
+            ("kN", Some(Quantity::Force)),
+            ("Pa|counts", None),
+        ] {
+            for unit in units.split('|') {
+                assert_eq!(of_unit(unit), quantity, "{unit}");
+            }
+        }
     }
 }

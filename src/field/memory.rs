@@ -3,12 +3,13 @@
 use std::fmt;
 use std::sync::Arc;
 
+use super::beside::{Given, Listing};
 use super::open::{Contents, completed};
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
-use super::statements::{Given, Listing, Statements};
+use super::statements::Statements;
 use super::storage::{Bytes, Storage};
-use super::{ByteOrder, Field, Note, Sample, labelled};
+use super::{ByteOrder, Field, Note, Sample, labelled, meaning};
 use crate::error::{Error, InputFault, Result};
 
 /// Bytes of another owner, which stay as they are while anything refers to them.
@@ -81,15 +82,13 @@ impl MemorySamples {
     /// The samples in rows, if they lie so; otherwise by their strides.
     fn storage(self) -> Result<Storage, InputFault> {
         let MemorySamples {
-            bytes,
-            sample,
-            order,
-            start,
             shape,
             strides,
+            start,
+            ..
         } = self;
-        let size = sample.bytes();
-        let length = bytes.as_slice().len();
+        let size = self.sample.bytes();
+        let length = self.bytes.as_slice().len();
         // From the lowest to the highest byte.
         let reach = |sign: isize| -> isize {
             let axes = shape.iter().zip(strides);
@@ -106,14 +105,9 @@ impl MemorySamples {
                 most: length as u64,
             });
         }
-        let bytes = Bytes::Shared(bytes);
-        Ok(Storage::of_strides(
-            bytes,
-            (sample, order),
-            start,
-            shape,
-            strides,
-        ))
+        let bytes = Bytes::Shared(self.bytes);
+        let numbers = (self.sample, self.order);
+        Ok(Storage::of_strides(bytes, numbers, start, shape, strides))
     }
 }
 
@@ -148,7 +142,7 @@ impl Field {
         let time = time.axis(given(labels.time), &mut notes).map_err(fault)?;
         let space = space.axis(given(labels.space), &mut notes).map_err(fault)?;
         let named = labels.quantity.as_deref().unwrap_or_default();
-        let quantity = labelled::quantity(named, None, labels.unit.as_deref());
+        let quantity = meaning::quantity(named, None, labels.unit.as_deref());
         let field = Field {
             unit: labels.unit,
             notes,

@@ -6,6 +6,7 @@
 
 mod align;
 mod assembly;
+mod beside;
 mod block;
 mod coordinates;
 mod csv;

@@ -2,7 +2,7 @@
 
 use super::coordinates::{Coordinates, Jitter};
 use super::interpolate::Interpolation;
-use super::labelled::of_unit;
+use super::meaning::of_unit;
 use super::storage::Storage;
 use super::{Axis, Layout, Quantity};
 use crate::measure::{Frequency, Length, Time, digits, symbol};

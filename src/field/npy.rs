@@ -11,7 +11,8 @@ use std::sync::Arc;
 use super::Layout;
 use super::file_bytes::FileBytes;
 use wavecascade_formats::{
-    Attributes, ByteOrder, Container, Dimension, Format, Place, Sample, SampleType, Value, Variable,
+    Attributes, ByteOrder, Container, Dimension, Format, Place, Sample, SampleType, Variable,
+    numpy_times,
 };
 
 use crate::error::InputFault;
@@ -42,19 +43,14 @@ pub(crate) struct Header {
 impl Header {
     /// Reads the header at the start of `bytes`; the first [`PREFIX_LIMIT`] suffice.
     pub(crate) fn parse(bytes: &[u8]) -> Result<Header, InputFault> {
-        let HeaderEntries {
-            descr,
-            fortran_order,
-            shape,
-            data_start,
-        } = HeaderEntries::parse(bytes)?;
-        let (sample, order, counts) = parse_descr(descr)?;
+        let stated = HeaderEntries::parse(bytes)?;
+        let (sample, order, counts) = parse_descr(stated.descr)?;
         Ok(Header {
             sample,
             order,
-            fortran_order,
-            shape,
-            data_start,
+            fortran_order: stated.fortran_order,
+            shape: stated.shape,
+            data_start: stated.data_start,
             counts,
         })
     }
@@ -114,11 +110,8 @@ impl Header {
     /// The array as one of a file.
     pub(super) fn variable(&self, path: String) -> Variable {
         let mut attributes = Attributes::default();
-        if let Some((unit, scale)) = &self.counts {
-            attributes.insert_text("units", unit.clone());
-            if *scale != 1.0 {
-                attributes.insert("scale_factor", Value::Numbers(vec![*scale]));
-            }
+        if let Some(counts) = self.counts.clone() {
+            attributes.insert_counts(counts);
         }
         Variable {
             path,
@@ -453,11 +446,9 @@ fn parse_descr(descr: &[u8]) -> Result<Kind, InputFault> {
         b"u8" => Sample::U64,
         b"b1" => Sample::Bool,
         [kind @ (b'M' | b'm'), b'8', b'[', unit @ .., b']'] => {
-            let counts = counted(unit).map(|(unit, count)| match kind {
-                b'M' => (format!("{unit} since 1970-01-01"), count),
-                _ => (unit.to_owned(), count),
-            });
-            let counts = counts.ok_or_else(|| InputFault::SampleType { descr: text() })?;
+            let unit = String::from_utf8_lossy(unit);
+            let counts = numpy_times(&unit, *kind == b'M')
+                .ok_or_else(|| InputFault::SampleType { descr: text() })?;
             return Ok((Sample::I64, order, Some(counts)));
         }
         [b'O', ..] => return Err(InputFault::PickledObjects),
@@ -466,31 +457,6 @@ fn parse_descr(descr: &[u8]) -> Result<Kind, InputFault> {
         _ => return Err(InputFault::SampleType { descr: text() }),
     };
     Ok((sample, order, None))
-}
-
-/// The unit of `datetime64[10us]` and how many of it a number counts.
-fn counted(unit: &[u8]) -> Option<(&'static str, f64)> {
-    let text = str::from_utf8(unit).ok()?;
-    let digits = text.bytes().take_while(u8::is_ascii_digit).count();
-    let (count, unit) = text.split_at(digits);
-    let count: f64 = if count.is_empty() {
-        1.0
-    } else {
-        count.parse().ok()?
-    };
-    let (unit, size) = match unit {
-        "W" => ("days", 7.0),
-        "D" => ("days", 1.0),
-        "h" => ("hours", 1.0),
-        "m" => ("minutes", 1.0),
-        "s" => ("seconds", 1.0),
-        "ms" => ("milliseconds", 1.0),
-        "us" => ("microseconds", 1.0),
-        "ns" => ("nanoseconds", 1.0),
-        "ps" => ("nanoseconds", 1e-3),
-        _ => return None,
-    };
-    Some((unit, count * size))
 }
 
 /// The type string of texts, `<U12`: order and characters.

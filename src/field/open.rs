@@ -10,7 +10,6 @@ use wavecascade_formats::Format as Labelled;
 use super::coordinates::{Coordinates, Listed};
 use super::file_bytes::FileBytes;
 use super::interpolate::Interpolant;
-use super::note::spaced;
 use super::options::{Header, OpenOptions, ReadMode, TimeColumn};
 use super::resample::resampled;
 use super::scan::NamedNumber;
@@ -18,7 +17,7 @@ use super::sidecar::Sidecar;
 use super::state::FileState;
 use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz};
 use crate::error::{Error, ForeignFormat, InputFault, Result};
-use crate::measure::{Dimension, Length, digits, quotient};
+use crate::measure::{Dimension, Length, quotient};
 
 /// Input of the format readers: the bytes of a file and its settings.
 pub(super) struct FileSource<'a> {
@@ -166,11 +165,8 @@ impl Field {
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Field> {
         let path = path.as_ref();
         options.check()?;
-        let Opened {
-            bytes,
-            state,
-            format,
-        } = Opened::at(path, options)?;
+        let opened = Opened::at(path, options)?;
+        let (bytes, state, format) = (opened.bytes, opened.state, opened.format);
         format.check(path, options)?;
         // The `run.toml` next to a run is its scene, and `field.toml` next to a field that this program
         // wrote that of the file it was made of: not a sidecar.
@@ -209,9 +205,6 @@ impl Field {
     }
 }
 
-/// Steps that differ by less are one, rounded.
-const SAME_STEP: f64 = 1e-6;
-
 /// The field of `contents`, whose axes are as `stated`, else as the contents state them.
 pub(super) fn completed(
     contents: Contents,
@@ -221,28 +214,12 @@ pub(super) fn completed(
     fault: &dyn Fn(InputFault) -> Error,
 ) -> Result<Field> {
     let contents = contents.resampled(options)?;
-    let is_stated = [stated.dt.is_some(), stated.dx.is_some()];
-    let of_file = [contents.time.step, contents.space.step];
-    let is_unit_stated = [stated.time_unit.is_some(), stated.space_unit.is_some()];
     let time = contents.time.axis([stated.t0, stated.dt], stated.time_unit);
     let space = contents.space;
     let space = space.axis([stated.x0, stated.dx], stated.space_unit);
     let (time, space) = (time.map_err(fault)?, space.map_err(fault)?);
     let mut field = contents.field;
     let notes = &mut field.notes;
-    for (n, (axis, found)) in [("time", &time), ("x", &space)].into_iter().enumerate() {
-        let Some(of_file) = of_file[n].filter(|_| is_stated[n] && !is_unit_stated[n]) else {
-            continue;
-        };
-        if (of_file - found.step).abs() > SAME_STEP * found.step.abs() {
-            let unit = spaced(&found.unit);
-            let (step, of_file) = (digits(found.step), digits(of_file));
-            let text = format!(
-                "the stated step of {axis}, {step}{unit}, takes the place of that of the file, {of_file}{unit}"
-            );
-            notes.push(Note::told("replaced", text));
-        }
-    }
     let quantity = stated.quantity.or(contents.quantity).unwrap_or_default();
     let unit = stated.unit.or(field.unit).map(|unit| quotient(&unit));
     notes.extend(Note::on_units(quantity, unit.as_deref(), [&time, &space]));

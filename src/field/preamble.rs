@@ -4,12 +4,12 @@
 use std::borrow::Cow;
 
 use csv::ByteRecord;
+use wavecascade_formats::Value;
 
 use super::csv::{excerpt, number};
-use super::labelled::quantity;
-use super::meaning::{Meaning, enclosed, known_as};
+use super::meaning::{Meaning, enclosed, known_as, quantity};
 use super::rows::with_point;
-use super::statements::{Said, Statement, Statements};
+use super::statements::{Statement, Statements};
 use crate::error::InputFault;
 use crate::measure::{Frequency, Time, symbol};
 
@@ -35,6 +35,19 @@ pub(super) struct Preamble {
 }
 
 impl Preamble {
+    /// One of the settings in the comments before the rows, `# Sampling rate: 1 kHz`.
+    pub(super) fn of_comments(text: &[u8]) -> Preamble {
+        let mut found = Preamble::default();
+        found.statements.are_settings = true;
+        for line in comments(text) {
+            let end = line.iter().position(|byte| b":=,;\t".contains(byte));
+            if let Some((name, value)) = end.map(|end| line.split_at(end)) {
+                found.set_by_row(&ByteRecord::from(vec![name, value[1..].trim_ascii()]));
+            }
+        }
+        found
+    }
+
     /// Whether a row is one of them: it names something, or holds no number; behind several of them also one
     /// that is empty.
     pub(super) fn may_continue(rows: &[ByteRecord], row: &ByteRecord) -> bool {
@@ -48,9 +61,12 @@ impl Preamble {
     ///
     /// # Errors
     /// The place of a row that is none of these, and its first cell.
-    pub(super) fn of(mut rows: Vec<ByteRecord>, first: &ByteRecord) -> Result<Preamble, usize> {
-        let mut found = Preamble::default();
-        found.statements.are_settings = true;
+    pub(super) fn with_rows(
+        mut self,
+        mut rows: Vec<ByteRecord>,
+        first: &ByteRecord,
+    ) -> Result<Preamble, usize> {
+        let found = &mut self;
         let width = length(first, |_| false);
         let mut named = rows.len() - 1;
         while named > 0 {
@@ -91,7 +107,7 @@ impl Preamble {
             return Err(1);
         }
         found.names = has_names.then(|| rows.swap_remove(named));
-        Ok(found)
+        Ok(self)
     }
 
     /// The unit of a column in the row of units.
@@ -101,8 +117,7 @@ impl Preamble {
 
     /// Of settings in the first cells of rows of numbers, as older oscilloscopes of Tektronix write them.
     pub(super) fn beside(text: &[u8]) -> Preamble {
-        let mut found = Preamble::default();
-        found.statements.are_settings = true;
+        let mut found = Preamble::of_comments(text);
         let mut channels = Vec::new();
         for line in text.split(|&byte| byte == b'\n').take(MOST_ROWS) {
             let cells = line.split(|&byte| byte == b',').take(SETTING_CELLS);
@@ -172,10 +187,21 @@ impl Preamble {
         self.statements.take(Statement {
             name: name.to_owned(),
             place: name.to_owned(),
-            value: Said::Text(unit_of(value)),
+            value: Value::Text(unit_of(value)),
             unit: unit.map(unit_of),
         })
     }
+}
+
+/// The comments before the first row, without their signs.
+pub(super) fn comments(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let lines = text.split(|&byte| matches!(byte, b'\n' | b'\r'));
+    let lines = lines.map(|line| {
+        let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line);
+        line.trim_ascii()
+    });
+    let preamble = lines.take_while(|line| line.is_empty() || line.starts_with(b"#"));
+    preamble.filter_map(|line| line.strip_prefix(b"#"))
 }
 
 /// Cells as far as one holds something that is no setting of its own.

@@ -68,14 +68,26 @@ fn days(date: &str) -> Option<i64> {
 }
 
 /// Nanoseconds since midnight of a time of day with its zone, less that of the zone, and what its last digit counts.
+///
+/// Zones are `Z`, `UTC` or `GMT`, and `+02`, `+0200` or `+02:00`.
 fn of_day(time: &str) -> Option<(i64, f64)> {
-    let (time, zone) = match time.rfind(['+', '-', 'Z']) {
-        Some(at) if time[at..].starts_with('Z') => (&time[..at], 0),
-        Some(at) => {
-            let sign = if time[at..].starts_with('-') { -1 } else { 1 };
-            (&time[..at], sign * seconds(&time[at + 1..])?.0)
+    let at = time.find(|c: char| c.is_ascii_alphabetic() || "+-".contains(c));
+    let (time, zone) = time.split_at(at.unwrap_or(time.len()));
+    let zone = match zone.to_ascii_uppercase().as_str() {
+        "" | "Z" | "UTC" | "GMT" => 0,
+        zone => {
+            let (hours, minutes) = zone.get(1..)?.split_at_checked(2)?;
+            let minutes = match minutes.trim_start_matches(':') {
+                "" => "00",
+                minutes => minutes,
+            };
+            let ahead = seconds(&format!("{hours}:{minutes}"))?.0;
+            match zone.as_bytes()[0] {
+                b'+' => ahead,
+                b'-' => -ahead,
+                _ => return None,
+            }
         }
-        None => (time, 0),
     };
     let (nanoseconds, rounding) = seconds(time.trim())?;
     Some((nanoseconds - zone, rounding))
@@ -118,6 +130,10 @@ mod tests {
             ("2026/01/31 12:00", NOON),
             ("31.01.2026 12:00:00,000000001", NOON + 1),
             ("2026-01-31T14:00:00+02:00", NOON),
+            ("2026-01-31T14:00:00+02", NOON),
+            ("2026-01-31 08:30:00.0 -0330", NOON),
+            ("2026-01-31 12:00:00 UTC", NOON),
+            ("2026-01-31T12:00:00z", NOON),
             ("2026-01-31", NOON - DAY / 2),
             ("1970-01-01", 0),
             ("2000-02-29", 951_782_400 * 1_000_000_000),
@@ -132,6 +148,9 @@ mod tests {
             "2026",
             "12:61:00",
             "12:00:00 1.0",
+            "12:00:00 PM",
+            "12:00:00 CET",
+            "12:00:00+2",
             "1.2.3",
             "",
         ] {

@@ -1,8 +1,10 @@
 //! What a file states beside its samples, gathered by meaning: several that agree are one, several that differ are an
 //! error, and what looks like one but is none is said.
 
+use wavecascade_formats::Value;
+
 use super::Note;
-use super::coordinates::{Coordinates, Evenness, Listed};
+use super::beside::{AxisBeside, Known};
 use super::meaning::Meaning::{self, *};
 use super::meaning::{LIKE, TABLE, hertz, key, means, with_unit};
 use super::options::{Label, OpenOptions};
@@ -10,7 +12,7 @@ use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
 use super::storage::Factor;
 use crate::error::InputFault;
-use crate::measure::{Dimension, Length, Measure, Time, digits, quotient, symbol};
+use crate::measure::{Dimension, Length, Measure, Time, digits, quotient, symbol, symbol_or};
 
 /// A statement beside samples.
 #[derive(Debug, Clone)]
@@ -18,60 +20,55 @@ pub(super) struct Statement {
     pub(super) name: String,
     /// The name with what holds it.
     pub(super) place: String,
-    pub(super) value: Said,
+    pub(super) value: Value,
     /// A unit that stands beside the value.
     pub(super) unit: Option<String>,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Said {
-    Numbers(Vec<f64>),
-    Text(String),
-}
-
 impl Statement {
     fn text(&self) -> String {
-        match &self.value {
-            Said::Text(text) => format!("{text:?}"),
-            Said::Numbers(numbers) => match numbers[..] {
-                [number] => digits(number),
-                _ => format!("{} numbers", numbers.len()),
-            },
+        match (self.value.text(), self.numbers().as_deref()) {
+            (Some(text), _) => format!("{text:?}"),
+            (None, Some([number])) => digits(*number),
+            (None, numbers) => format!("{} numbers", numbers.map_or(0, <[f64]>::len)),
         }
     }
 
-    fn shown(&self) -> String {
+    pub(super) fn shown(&self) -> String {
         let unit = self.unit.as_deref().unwrap_or_default();
         format!("`{}` = {} {unit}", self.place, self.text())
             .trim_end()
             .to_owned()
     }
 
-    fn note(&self, what: &'static str) -> Note {
+    pub(super) fn note(&self, what: &'static str) -> Note {
         let text = format!("`{}` = {} is the {what}", self.place, self.text());
         Note::told("stated", text)
     }
 
     /// Its only number, as text, and the unit in a text.
     fn number(&self) -> Option<(String, Option<String>)> {
-        match &self.value {
-            Said::Numbers(numbers) => match numbers[..] {
-                [number] => Some((format!("{number:e}"), None)),
-                _ => None,
-            },
-            Said::Text(text) => match Label::parse(text)? {
-                Label::Value { value, unit } => Some((format!("{value:e}"), unit)),
-                Label::Index(_) => None,
-            },
-        }
+        let Some(text) = self.value.text() else {
+            return Some((format!("{:e}", self.value.number()?), None));
+        };
+        let Label::Value { value, unit } = Label::parse(text)? else {
+            return None;
+        };
+        // Dates and times of day begin with a number, too.
+        let is_date = unit
+            .as_ref()
+            .is_some_and(|unit| unit.starts_with([':', '-', '/']));
+        (!is_date).then(|| (format!("{value:e}"), unit))
     }
 
     /// Numbers of a list, or the one.
     fn numbers(&self) -> Option<Vec<f64>> {
-        match &self.value {
-            Said::Numbers(numbers) => Some(numbers.clone()),
-            Said::Text(text) => Some(vec![text.trim().parse().ok()?]),
-        }
+        let Some(text) = self.value.text() else {
+            return self.value.numbers();
+        };
+        let words = text.split(|c: char| c == ',' || c.is_whitespace());
+        let words = words.filter(|word| !word.is_empty());
+        words.map(|word| word.parse().ok()).collect()
     }
 }
 
@@ -83,74 +80,6 @@ pub(super) struct Statements {
     pub(super) are_settings: bool,
     /// Those of outer groups that others of their name, nearer to the samples, take the place of.
     overruled: Vec<Statement>,
-}
-
-/// A step that is stated, and as what.
-#[derive(Debug, Clone)]
-struct Known<D: Dimension> {
-    measure: Measure<D>,
-    /// The unit that stands beside the number.
-    unit: Option<&'static str>,
-    statement: Statement,
-    what: &'static str,
-}
-
-/// What is stated about an axis beside its coordinates.
-#[derive(Debug)]
-pub(super) struct AxisBeside<D: Dimension> {
-    name: &'static str,
-    what: &'static str,
-    step: Option<Known<D>>,
-    origin: Option<Known<D>>,
-    unit: Option<String>,
-    rules: Option<Evenness>,
-}
-
-/// Coordinates of an axis, as a file has them.
-#[derive(Debug)]
-pub(super) enum Given {
-    Even(Coordinates),
-    Listed(Listing),
-}
-
-/// Coordinates that a file lists.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Listing {
-    pub(super) place: String,
-    pub(super) values: Vec<f64>,
-    /// Absolute rounding error of the values.
-    pub(super) rounding: f64,
-    pub(super) unit: Option<String>,
-    /// The step that is stated with them.
-    pub(super) step: Option<f64>,
-    /// The time of the first, from which the others count.
-    pub(super) start: Option<String>,
-}
-
-impl Listing {
-    /// Whether another clock shows the same times: in any unit where one states none, and apart from what they count from
-    /// where that is a date.
-    pub(super) fn agrees(&self, other: &Listing) -> bool {
-        let size = |of: &Listing| of.unit.as_deref().and_then(crate::measure::size::<Time>);
-        let sizes = || Time::UNITS.iter().map(|(_, size)| *size);
-        let ratios: Vec<f64> = match (size(self), size(other)) {
-            (Some(own), Some(others)) => vec![others / own],
-            _ => sizes().flat_map(|size| [size, 1.0 / size]).collect(),
-        };
-        let is_dated = self.start.is_some() || other.start.is_some();
-        let [own, others] = [self, other].map(|of| match (is_dated, of.values.first()) {
-            (true, Some(first)) => *first,
-            _ => 0.0,
-        });
-        let last = self.values.last().copied().unwrap_or(0.0);
-        let span = (last - self.values.first().copied().unwrap_or(0.0)).abs();
-        let shows_same = |ratio: f64| {
-            let tolerance = self.rounding + other.rounding * ratio + 1e-9 * span;
-            let mut pairs = self.values.iter().zip(&other.values);
-            pairs.all(|(a, b)| ((a - own) - (b - others) * ratio).abs() <= tolerance)
-        };
-        self.values.len() == other.values.len() && ratios.into_iter().any(shows_same)
-    }
 }
 
 impl Statements {
@@ -177,7 +106,7 @@ impl Statements {
             Some(NamedNumber {
                 name: one.name.clone(),
                 value,
-                unit: unit.map(|unit| symbol::<Length>(&unit).map_or(unit.clone(), str::to_owned)),
+                unit: unit.map(|unit| symbol_or::<Length>(&unit)),
                 rounding: f64::EPSILON * value.abs(),
             })
         });
@@ -206,7 +135,7 @@ impl Statements {
             let is_nearer = |other: &&Statement| key(&other.name) == key(&one.name);
             match self.all.iter().find(is_nearer) {
                 None => self.all.push(one),
-                Some(nearer) if nearer.value != one.value && self.is_one(&one.name) => {
+                Some(nearer) if nearer.text() != one.text() && self.is_one(&one.name) => {
                     self.overruled.push(one);
                 }
                 Some(_) => {}
@@ -220,14 +149,17 @@ impl Statements {
             .filter(move |one| self.has(&one.name, meaning))
     }
 
-    /// The texts of a meaning that are not empty.
-    fn texts<'a>(&'a self, meaning: Meaning) -> Vec<(&'a Statement, &'a str)> {
-        let text = |one: &'a Statement| match &one.value {
-            Said::Text(text) => Some(text.trim()).filter(|text| !text.is_empty()),
-            Said::Numbers(_) => None,
-        };
+    /// The numbers of a meaning.
+    pub(super) fn lists(&self, meaning: Meaning) -> impl Iterator<Item = (&Statement, Vec<f64>)> {
+        let numbers = |one: &Statement| one.numbers().filter(|numbers| !numbers.is_empty());
         self.of(meaning)
-            .filter_map(|one| Some((one, text(one)?)))
+            .filter_map(move |one| Some((one, numbers(one)?)))
+    }
+
+    /// The texts of a meaning that are not empty.
+    pub(super) fn texts<'a>(&'a self, meaning: Meaning) -> Vec<(&'a Statement, &'a str)> {
+        self.of(meaning)
+            .filter_map(|one| Some((one, one.value.text()?)))
             .collect()
     }
 
@@ -236,10 +168,7 @@ impl Statements {
         let (name, _) = with_unit(name);
         let wanted = ["unit", "units"].map(|ending| format!("{}{ending}", key(name)));
         let found = self.all.iter().find(|one| wanted.contains(&key(&one.name)));
-        match &found?.value {
-            Said::Text(text) => Some(text.trim().to_owned()).filter(|unit| !unit.is_empty()),
-            Said::Numbers(_) => None,
-        }
+        Some(found?.value.text()?.to_owned())
     }
 
     /// What all statements of `meaning` say, each with the unit of its text, of its name or beside it.
@@ -267,7 +196,7 @@ impl Statements {
         found.collect()
     }
 
-    /// What is stated about times beside their coordinates, but for a step that is `stated`.
+    /// What is stated about times beside their coordinates; a step and a unit that are `stated` go before.
     pub(super) fn time(
         &self,
         stated: &Sidecar,
@@ -283,14 +212,15 @@ impl Statements {
             let in_hertz = rate(&format!("{:e}", known.measure.value), "Hz");
             known.measure = in_hertz.unwrap_or(Measure::new(0.0));
         }
-        steps.extend(self.known(Step, "time step", typed::<Time>));
+        steps.extend(self.known(Step, "sample interval", typed::<Time>));
         let origins = self.known(TimeOrigin, "time of the first sample", typed::<Time>);
-        let rules = stated.dt.is_none().then(|| options.evenness("time"));
+        let unit = (self.texts(TimeUnit), stated.time_unit.is_some());
+        let rules = options.evenness("time");
         AxisBeside::of(
-            ["time", "time step"],
-            steps,
+            ["time", "sample interval"],
+            (steps, stated.dt),
             origins,
-            self.texts(TimeUnit),
+            unit,
             rules,
         )
     }
@@ -304,14 +234,9 @@ impl Statements {
         let what = "distance of the sites";
         let steps = self.known(Distance, what, typed::<Length>);
         let origins = self.known(SpaceOrigin, "position of the first site", typed::<Length>);
-        let rules = stated.dx.is_none().then(|| options.evenness("space"));
-        AxisBeside::of(
-            ["space", what],
-            steps,
-            origins,
-            self.texts(SpaceUnit),
-            rules,
-        )
+        let unit = (self.texts(SpaceUnit), stated.space_unit.is_some());
+        let rules = options.evenness("space");
+        AxisBeside::of(["space", what], (steps, stated.dx), origins, unit, rules)
     }
 
     /// The unit of the samples, which those beside the `name` of the array go before.
@@ -348,11 +273,10 @@ impl Statements {
         let has_scale = self.of(Scale).next().is_some();
         let mut factor = |meaning, what, neutral| {
             // What is called an offset alone is a distance.
-            let is_one = |one: &&Statement| {
+            let is_one = |one: &Statement| {
                 meaning == Scale || has_scale || key(&one.name).starts_with("add")
             };
-            let found = self.of(meaning).filter(is_one);
-            let found = found.filter_map(|one| Some((one, one.numbers()?)));
+            let found = self.lists(meaning).filter(|(one, _)| is_one(one));
             let found: Vec<(&Statement, Vec<f64>)> = found.collect();
             let Some((first, numbers)) = found.first() else {
                 return Ok(Factor::One(neutral));
@@ -416,161 +340,4 @@ pub(super) fn contradiction(what: &'static str, first: String, second: String) -
         first,
         second,
     }
-}
-
-/// Whether two steps are one: of stated ones, the digits may be few.
-fn is_same(a: f64, b: f64) -> bool {
-    (a - b).abs() <= 1e-3 * a.abs().min(b.abs())
-}
-
-/// The unit of `D` in which `number` is `known`, in its first unit.
-fn unit_between<D: Dimension>(number: f64, known: f64) -> Option<&'static str> {
-    let fits = |(_, size): &&(&str, f64)| is_same(number * size, known);
-    D::UNITS.iter().find(fits).map(|(unit, _)| *unit)
-}
-
-impl<D: Dimension + Copy> Known<D> {
-    /// Whether another statement may say the same; without a unit in any unit.
-    fn agrees(&self, other: &Measure<D>) -> bool {
-        let [a, b] = [&self.measure, other];
-        match (a.has_unit, b.has_unit) {
-            (true, false) => unit_between::<D>(b.value, a.value).is_some(),
-            (false, true) => unit_between::<D>(a.value, b.value).is_some(),
-            _ => is_same(a.value, b.value),
-        }
-    }
-
-    fn in_unit(&self, unit: Option<&str>) -> f64 {
-        let found = unit.and_then(|unit| self.measure.in_unit(unit));
-        found.unwrap_or(self.measure.value)
-    }
-}
-
-impl<D: Dimension + Copy> AxisBeside<D> {
-    fn of(
-        [name, what]: [&'static str; 2],
-        mut steps: Vec<Known<D>>,
-        origins: Vec<Known<D>>,
-        units: Vec<(&Statement, &str)>,
-        rules: Option<Evenness>,
-    ) -> Result<Self, InputFault> {
-        steps.retain(|known| known.measure.value > 0.0 && rules.is_some());
-        Ok(AxisBeside {
-            name,
-            what,
-            step: agreed(what, steps)?,
-            origin: agreed("first coordinate", origins)?,
-            unit: units.first().map(|(_, unit)| (*unit).to_owned()),
-            rules,
-        })
-    }
-
-    /// Whether a step is stated.
-    pub(super) fn has_step(&self) -> bool {
-        self.step.is_some()
-    }
-
-    /// The axis with these coordinates.
-    ///
-    /// # Errors
-    /// Coordinates that are not even, or whose step is another than the stated one.
-    pub(super) fn axis(
-        &self,
-        given: Option<Given>,
-        notes: &mut Vec<Note>,
-    ) -> Result<Listed, InputFault> {
-        let mut place = self.name.to_owned();
-        let mut listed = match given {
-            None => Listed::default(),
-            Some(Given::Even(even)) => Listed::of(even),
-            Some(Given::Listed(listing)) => {
-                notes.extend(listing.start.map(|time| Note::Start { time }));
-                place = listing.place;
-                let unit = listing.unit.or(self.unit.clone());
-                let step = self.step.as_ref();
-                let step = step.map(|known| known.in_unit(unit.as_deref()));
-                let known = (listing.rounding, listing.step.or(step));
-                let listed = Coordinates::listed(self.name, &listing.values, known, self.rules);
-                let mut listed = listed.map_err(|uneven| uneven.fault(self.name))?;
-                listed.even.unit = unit;
-                notes.extend(listed.note.take());
-                listed
-            }
-        };
-        let even = &mut listed.even;
-        let is_count = even.unit.is_none()
-            && even.step == Some(1.0)
-            && matches!(even.origin, Some(first) if first == 0.0 || first == 1.0);
-        match (&self.step, even.step) {
-            (Some(known), Some(step)) if !is_count => {
-                let unit = even.unit.as_deref().and_then(symbol::<D>);
-                let between = unit_between::<D>(step, known.measure.value);
-                let is_it = match (unit, known.measure.has_unit) {
-                    (Some(unit), true) => is_same(step, known.in_unit(Some(unit))),
-                    (None, true) => between.is_some(),
-                    (_, false) => is_same(step, known.measure.value),
-                };
-                if !is_it {
-                    let unit = even.unit.clone().unwrap_or_default();
-                    let own = format!("steps of {} {unit}", digits(step));
-                    let own = format!("{} in `{place}`", own.trim_end());
-                    return Err(contradiction(self.what, own, known.statement.shown()));
-                }
-                if even.unit.is_none() && known.measure.has_unit {
-                    even.unit = between.map(str::to_owned);
-                    notes.push(known.statement.note(known.what));
-                }
-            }
-            (Some(known), _) => {
-                let unit = known.unit.unwrap_or(D::UNITS[0].0);
-                let own = known.measure.has_unit.then(|| unit.to_owned());
-                let of_axis = self.unit.clone();
-                let of_axis = of_axis.filter(|unit| own.is_none() || symbol::<D>(unit).is_some());
-                even.unit = even.unit.take().or(of_axis).or(own);
-                let step = known.in_unit(even.unit.as_deref());
-                even.origin =
-                    even.origin
-                        .filter(|first| *first != 0.0)
-                        .map(|first| match is_count {
-                            true => first * step,
-                            false => first,
-                        });
-                even.step = Some(step);
-                notes.push(known.statement.note(known.what));
-            }
-            (None, _) => {}
-        }
-        if *even == Coordinates::default() {
-            return Ok(listed);
-        }
-        match (&self.origin, even.origin) {
-            (Some(known), None) => {
-                even.origin = Some(known.in_unit(even.unit.as_deref()));
-            }
-            (Some(known), Some(first)) if known.in_unit(even.unit.as_deref()) != first => {
-                notes.push(unused(&known.statement.shown()));
-            }
-            _ => {}
-        }
-        Ok(listed)
-    }
-}
-
-/// One of several that agree, with a unit if one has it.
-fn agreed<D: Dimension + Copy>(
-    what: &'static str,
-    mut all: Vec<Known<D>>,
-) -> Result<Option<Known<D>>, InputFault> {
-    let Some(first) = all.first() else {
-        return Ok(None);
-    };
-    if let Some(other) = all.iter().find(|other| !first.agrees(&other.measure)) {
-        return Err(contradiction(
-            what,
-            first.statement.shown(),
-            other.statement.shown(),
-        ));
-    }
-    let best = all.iter().position(|known| known.measure.has_unit);
-    Ok(Some(all.swap_remove(best.unwrap_or(0))))
 }

@@ -270,9 +270,10 @@ impl Storage {
     /// From an array `(time, site)`; not copied if contiguous in either order.
     pub(crate) fn from_array(values: Array2<f64>) -> Self {
         let rows_are_times = !values.t().is_standard_layout() || values.is_standard_layout();
-        let rows = match rows_are_times {
-            true => values,
-            false => values.reversed_axes(),
+        let rows = if rows_are_times {
+            values
+        } else {
+            values.reversed_axes()
         };
         let row_len = rows.ncols();
         let rows = match rows.is_standard_layout() {
@@ -375,13 +376,9 @@ impl Storage {
         site_major: bool,
         out: &mut [f64],
     ) {
-        let Arrangement {
-            sample,
-            order,
-            start,
-            row_len,
-            rows_are_times,
-        } = self.arrangement;
+        let Arrangement { sample, order, .. } = self.arrangement;
+        let Arrangement { start, row_len, .. } = self.arrangement;
+        let rows_are_times = self.rows_are_times();
         let (rows, columns) = by_rows(rows_are_times, times.clone(), sites.clone());
         if rows.is_empty() || columns.is_empty() {
             return;
@@ -489,7 +486,7 @@ fn offset(start: usize, strides: [isize; 2], time: usize, site: usize) -> usize 
 }
 
 /// What counts rows and what counts columns, of what counts times and what counts sites.
-fn by_rows<T>(rows_are_times: bool, times: T, sites: T) -> (T, T) {
+pub(super) fn by_rows<T>(rows_are_times: bool, times: T, sites: T) -> (T, T) {
     match rows_are_times {
         true => (times, sites),
         false => (sites, times),

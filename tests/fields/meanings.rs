@@ -122,13 +122,17 @@ fn val_definition_samples_outside_of_their_limits_are_gaps() {
         }
         .bytes()
     };
-    let found = values(&field(
-        "a.nc",
-        file(&[("valid_min", -3.0), ("valid_max", 4.0)]),
-    ));
-    let is_known: Vec<bool> = found.iter().map(|v| v.is_finite()).collect();
-    assert_eq!(is_known, [true, true, true, false, false, true]);
-    assert_eq!((found[[0, 0]], found[[2, 1]]), (-1.5, 2.0));
+    for names in [["valid_min", "valid_max"], ["ValidMin", "Valid_Maximum"]] {
+        let limits = [(names[0], -3.0), (names[1], 4.0)];
+        let found = values(&field("a.nc", file(&limits)));
+        let is_known: Vec<bool> = found.iter().map(|v| v.is_finite()).collect();
+        assert_eq!(
+            is_known,
+            [true, true, true, false, false, true],
+            "{names:?}"
+        );
+        assert_eq!((found[[0, 0]], found[[2, 1]]), (-1.5, 2.0));
+    }
 }
 
 /// `numpy.savez(path, v=v, time=times)` with `datetime64` and `timedelta64`, and integers since 1970.
@@ -212,11 +216,91 @@ fn val_definition_clocks_of_tables() {
             (Some(unit), sites)
         );
     }
+    for (clock, zone) in [
+        ("UTC", " UTC"),
+        ("Date Time", "+0100"),
+        ("Zeitstempel", "-03"),
+        ("t", "z"),
+    ] {
+        let row = |n: u32| format!("2025-11-26 12:00:00.{n:03}{zone},{}", sample(n));
+        let found = table(&format!("{clock},a,b\n"), &row).time;
+        assert_eq!(
+            (found.unit.as_deref(), found.step),
+            (Some("s"), 1e-3),
+            "{zone}"
+        );
+    }
+    for head in ["Time 1,a,Time 2,b", "time_1,a,time_2,b", "Time,a,Time.1,b"] {
+        let row = |n: u32| format!("{n},{},{n},{}", n * 7 % 11, n % 5);
+        assert_eq!(table(&format!("{head}\n"), &row).n_sites(), 2, "{head}");
+    }
     let rows: String = (0..50)
         .map(|n| format!("{:.2},{},{}\n", f64::from(n) * 1e-3, n * 7 % 11, n % 5))
         .collect();
     let coarse = fault("a.csv", rows);
     assert!(matches!(coarse, InputFault::FirstColumn { .. }), "{coarse}");
+}
+
+/// Settings of a logger that stand in comments.
+#[test]
+fn val_definition_settings_in_comments() {
+    let rows: String = (0..20)
+        .map(|n| format!("{},{}\n", n * 7 % 11, n % 5))
+        .collect();
+    for (comment, step) in [
+        ("Sampling Rate: 2 kHz", 5e-4),
+        ("dt = 4e-3", 4e-3),
+        ("Sample interval\t250 us", 2.5e-4),
+    ] {
+        let found = field(
+            "a.csv",
+            format!("# logger 7\n# {comment}\n# Start: 12:30:00\n{rows}"),
+        )
+        .time;
+        assert_eq!((found.step, found.origin), (step, 0.0), "{comment}");
+    }
+}
+
+/// A step that is stated takes the place of any other one, and of two that differ, in words.
+#[test]
+fn regress_a_stated_step_overrules_in_words() {
+    let mut segy = {
+        let data = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/formats/tests/files");
+        std::fs::read(format!("{data}/segy/ibm.sgy")).unwrap()
+    };
+    segy[3216..3218].copy_from_slice(&4000u16.to_be_bytes());
+    let contradiction = fault("a.sgy", &segy).to_string();
+    assert!(
+        contradiction.starts_with("expected one sample interval, found"),
+        "{contradiction}"
+    );
+    for (name, bytes, replaced) in [
+        ("a.sgy", segy, ["4000 us", "2001 us"]),
+        (
+            "a.npz",
+            beside(&[("fs", number(500.0)), ("dt", number(0.004))]),
+            ["500", "0.004"],
+        ),
+    ] {
+        let options = OpenOptions {
+            dt: measure::Measure::parse("1 ms"),
+            ..OpenOptions::default()
+        };
+        let folder = Folder::new();
+        let field = Field::open(folder.write(name, bytes), &options).unwrap();
+        assert_eq!(
+            (field.time.step, field.time.unit.as_deref()),
+            (0.001, Some("s")),
+            "{name}"
+        );
+        let said: Vec<String> = field.notes.iter().map(|note| note.message()).collect();
+        let said = said.join("; ");
+        let all_said = replaced.iter().all(|one| said.contains(one));
+        assert!(
+            said.contains("takes the place of") && all_said,
+            "{name}: {said}"
+        );
+    }
 }
 
 #[test]
@@ -271,4 +355,25 @@ fn regress_two_statements_that_differ_are_refused() {
             "{refused}"
         );
     }
+}
+
+/// Frequency responses beside the numbers of their nodes: those are no record.
+#[test]
+fn regress_what_is_not_read_hides_behind_no_list() {
+    let place = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/crates/formats/tests/files/uff/ascii.uff"
+    );
+    let text = std::fs::read_to_string(place).unwrap();
+    let mut header = 6;
+    let lines = text.lines().map(|line| {
+        header = if line.trim() == "58" { 0 } else { header + 1 };
+        // The first number of the sixth line behind that is the type of the function.
+        match header {
+            6 => format!("    4{}\n", &line[5..]),
+            _ => format!("{line}\n"),
+        }
+    });
+    let refused = fault("a.uff", lines.collect::<String>()).to_string();
+    assert!(refused.contains("functions of type 4"), "{refused}");
 }

@@ -17,7 +17,7 @@ pub enum Value {
 
 impl Value {
     /// The only number that it is.
-    pub(crate) fn number(&self) -> Option<f64> {
+    pub fn number(&self) -> Option<f64> {
         match self {
             Value::Integers(values) if values.len() == 1 => Some(values[0] as f64),
             Value::Numbers(values) if values.len() == 1 => Some(values[0]),
@@ -25,8 +25,17 @@ impl Value {
         }
     }
 
+    /// All numbers that it is.
+    pub fn numbers(&self) -> Option<Vec<f64>> {
+        match self {
+            Value::Integers(values) => Some(values.iter().map(|&value| value as f64).collect()),
+            Value::Numbers(values) => Some(values.clone()),
+            _ => None,
+        }
+    }
+
     /// The only text that it is, trimmed; `None` if it is empty.
-    pub(crate) fn text(&self) -> Option<&str> {
+    pub fn text(&self) -> Option<&str> {
         let text = match self {
             Value::Text(text) => text,
             Value::Texts(texts) if texts.len() == 1 => &texts[0],
@@ -85,6 +94,14 @@ impl Attributes {
         let text = text.into();
         if !text.is_empty() {
             self.insert(name, Value::Text(text));
+        }
+    }
+
+    /// Adds a unit and, but for 1, how many of it a number counts.
+    pub fn insert_counts(&mut self, (unit, count): (String, f64)) {
+        self.insert_text("units", unit);
+        if count != 1.0 {
+            self.insert("scale_factor", Value::Numbers(vec![count]));
         }
     }
 

@@ -77,7 +77,7 @@ pub enum Coordinate {
     Even {
         /// Its value at index 0.
         origin: f64,
-        /// From one index to the next.
+        /// From one index to the next; NaN where the file does not state one alone.
         step: f64,
         /// Unit of both.
         unit: Option<String>,
@@ -240,6 +240,19 @@ impl Container {
         self.push_decoded(Variable { place, ..variable }, held);
     }
 
+    /// The same of floats with a unit.
+    pub(crate) fn push_floats(
+        &mut self,
+        path: impl Into<String>,
+        dimension: &Dimension,
+        unit: &str,
+        values: impl IntoIterator<Item = f64>,
+    ) {
+        let mut variable = Variable::new(path, vec![dimension.clone()], Sample::F64);
+        variable.attributes.insert_text("units", unit);
+        self.push_list(variable, values.into_iter().map(f64::to_ne_bytes));
+    }
+
     /// Says `text` of the variable that is added next.
     pub(crate) fn remark_on_next(&mut self, text: Option<String>) {
         let variable = Some(self.variables.len());
@@ -363,44 +376,5 @@ impl fmt::Debug for Container {
             .field("format", &self.format)
             .field("variables", &self.variables)
             .finish_non_exhaustive()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::sync::Arc;
-
-    /// Two rows of three big-endian integers, each row behind a header of four bytes.
-    fn traces() -> Container {
-        let mut bytes = Vec::new();
-        for row in 0..2i16 {
-            bytes.extend([9; 4]);
-            bytes.extend((0..3).flat_map(|i| (10 * row + i).to_be_bytes()));
-        }
-        let bytes: Bytes = Arc::new(bytes);
-        let mut container = Container::new(Format::SegY, &bytes);
-        let dimensions = vec![Dimension::new(2), Dimension::new(3)];
-        let place = Place::Strided {
-            start: 4,
-            strides: vec![10, 2],
-            order: ByteOrder::Big,
-        };
-        let traces = Variable::new("/traces", dimensions, Sample::I16);
-        container.push(Variable { place, ..traces });
-        container
-    }
-
-    #[test]
-    fn val_definition_strided_samples() {
-        let container = traces();
-        assert_eq!(container.find("traces"), Some(0));
-        let all = container.numbers(0).unwrap();
-        assert_eq!(all, [0.0, 1.0, 2.0, 10.0, 11.0, 12.0]);
-        let integers = container.integers(0).unwrap();
-        assert_eq!(integers, Some(vec![0, 1, 2, 10, 11, 12]));
-        let mut out = [0; 4];
-        container.read(0, &[0..2, 1..2], &mut out).unwrap();
-        assert_eq!(out, [1i16.to_ne_bytes(), 11i16.to_ne_bytes()].concat()[..]);
     }
 }

@@ -35,6 +35,8 @@ pub use error::{Error, Result};
 pub use format::{Format, Options, open, open_directory};
 pub use sample::{ByteOrder, Sample, SampleType, half_to_f64, ibm_to_f64};
 
+pub use time::numpy_times;
+
 use std::sync::Arc;
 
 /// The bytes of a file, mapped or in memory.

@@ -18,6 +18,14 @@ impl Traits {
     }
 }
 
+/// The only one of these lists that varies, if it rises from one array to the next.
+pub(crate) fn only_rising<'a>(lists: impl Iterator<Item = &'a [f64]>) -> Option<usize> {
+    let varies = |(_, values): &(usize, &[f64])| values.iter().any(|value| *value != values[0]);
+    let mut varying = lists.enumerate().filter(varies);
+    let (place, values) = varying.next()?;
+    (varying.next().is_none() && values.is_sorted_by(|a, b| a < b)).then_some(place)
+}
+
 /// Sets of arrays with their traits.
 pub(crate) fn sets<T>(arrays: impl IntoIterator<Item = (Traits, T)>) -> Sets<T> {
     let mut sets = Sets::new();

@@ -12,6 +12,32 @@ pub(crate) fn days_before(year: u16) -> i64 {
     365 * (past - 1969) + leap_days - (1969 / 4 - 1969 / 100 + 1969 / 400)
 }
 
+/// What numbers of `datetime64` (`is_date`) or `timedelta64` of NumPy count, in a unit such as `10us`: the unit as the CF
+/// conventions write it, and how many of it.
+pub fn numpy_times(unit: &str, is_date: bool) -> Option<(String, f64)> {
+    let digits = unit.bytes().take_while(u8::is_ascii_digit).count();
+    let (count, unit) = unit.split_at(digits);
+    let count: f64 = if count.is_empty() {
+        1.0
+    } else {
+        count.parse().ok()?
+    };
+    let (unit, size) = match unit {
+        "W" => ("days", 7.0),
+        "D" => ("days", 1.0),
+        "h" => ("hours", 1.0),
+        "m" => ("minutes", 1.0),
+        "s" => ("seconds", 1.0),
+        "ms" => ("milliseconds", 1.0),
+        "us" => ("microseconds", 1.0),
+        "ns" => ("nanoseconds", 1.0),
+        "ps" => ("nanoseconds", 1e-3),
+        _ => return None,
+    };
+    let since = if is_date { " since 1970-01-01" } else { "" };
+    Some((format!("{unit}{since}"), count * size))
+}
+
 /// Year, month and day of so many days after 1970-01-01.
 ///
 /// Years begin in March, so that the leap day is the last one: <https://howardhinnant.github.io/date_algorithms.html>.

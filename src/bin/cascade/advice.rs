@@ -184,7 +184,8 @@ fn of_input(fault: &InputFault) -> Option<String> {
         }
         TooManyMembers { .. } => "save the field by itself",
         Contradiction {
-            what: "time step", ..
+            what: "sample interval",
+            ..
         } => "state the right one with `--dt` or `--rate`",
         Contradiction {
             what: "distance of the sites",

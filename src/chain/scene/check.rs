@@ -8,6 +8,7 @@ use super::places::Places;
 use super::properties::{Kind, Property, properties, property};
 use super::{EndsTyped, Scene, Units};
 use crate::error::{Error, Result, listed};
+use crate::measure::counted;
 
 /// Keys of which one makes the bodies of an SI scene.
 const MATERIAL: [&str; 2] = ["material", "young"];
@@ -194,14 +195,17 @@ impl<'a> Check<'a> {
         };
         let is_ring = self.scene.ends == Some(EndsTyped::Periodic);
         let expected = match length.repeats {
-            false if number != most => format!("{most} values, one a {of}"),
+            false if number != most => format!("{}, one a {of}", counted(most, "value")),
             true if number == 0 => "at least one value".into(),
-            true if number > most => format!("at most {most} values, one a {of}"),
+            true if number > most => format!("at most {}, one a {of}", counted(most, "value")),
             true if is_ring && !most.is_multiple_of(number) => {
-                format!("a cell that fits into the {most} sites of the ring")
+                format!(
+                    "a cell that fits into the {} of the ring",
+                    counted(most, "site")
+                )
             }
             _ => return Ok(()),
         };
-        Err(self.fault(key, expected, format!("{number} values")))
+        Err(self.fault(key, expected, counted(number, "value")))
     }
 }

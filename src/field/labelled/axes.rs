@@ -3,10 +3,10 @@
 use wavecascade_formats::Coordinate;
 
 use super::super::Note;
+use super::super::beside::{AxisBeside, Given, Listing};
 use super::super::coordinates::{Coordinates, Listed};
-use super::super::statements::{AxisBeside, Given, Listing, contradiction};
 use super::choose::Place;
-use super::{Arrays, is_float, scaling};
+use super::{Arrays, is_float};
 use crate::error::Result;
 use crate::measure::{self, Dimension, Time};
 
@@ -25,7 +25,7 @@ pub(super) fn axis<D: Dimension + Copy>(
             .axis(None, notes)
             .map_err(|fault| arrays.source.fault(fault));
     };
-    let (given, variable) = match &place.coordinate {
+    let (given, variable): (Option<Given>, Option<usize>) = match &place.coordinate {
         None => (None, None),
         Some(Coordinate::Even { origin, step, unit }) => {
             let even = Coordinates {
@@ -36,15 +36,11 @@ pub(super) fn axis<D: Dimension + Copy>(
             (Some(Given::Even(even)), None)
         }
         Some(Coordinate::Listed(i)) => {
-            let first = listing(arrays, *i, place.is_time)?;
-            for other in &place.others {
-                let other = listing(arrays, *other, place.is_time)?;
-                if !first.agrees(&other) {
-                    let [first, other] = [first.place, other.place].map(|of| format!("`{of}`"));
-                    return Err(arrays.source.fault(contradiction("clock", first, other)));
-                }
-            }
-            (Some(Given::Listed(first)), Some(*i))
+            let all = std::iter::once(i).chain(&place.others);
+            let all = all.map(|i| listing(arrays, *i, place.is_time));
+            let best = Listing::best(all.collect::<Result<_>>()?);
+            let best = best.map_err(|fault| arrays.source.fault(fault))?;
+            (best.map(Given::Listed), Some(*i))
         }
     };
     beside.axis(given, notes).map_err(|fault| match variable {
@@ -64,7 +60,7 @@ fn listing(arrays: &Arrays, i: usize, is_time: bool) -> Result<Listing> {
         Some(integers) => integers.iter().map(|&v| v as f64).collect(),
         None => arrays.numbers(i)?,
     };
-    let (scale, offset) = scaling(&variable.attributes);
+    let (scale, offset) = arrays.own(i).linear();
     let rounding = sample.map_or(0.0, |sample| sample.spacing(&stored)) * scale.abs();
     let place = variable.path.trim_start_matches('/').to_owned();
     let unit = arrays.unit(i);
@@ -81,31 +77,24 @@ fn listing(arrays: &Arrays, i: usize, is_time: bool) -> Result<Listing> {
             start: None,
         });
     };
-    // Counted from the first, exactly for integers, so that no digits go to the years before it.
-    let (apart, first): (Vec<f64>, First) = match &integers {
+    // Counted from the first, exactly for integers, so that no digits go to the years before it. Differences of large
+    // numbers are as exact as those; integers have no rounding.
+    let (apart, rounding, first) = match &integers {
         Some(integers) => {
             let first = integers.first().copied().unwrap_or(0);
-            let apart = integers.iter().map(|v| v.wrapping_sub(first) as f64);
-            (apart.collect(), First::Integer(first))
+            let apart = integers
+                .iter()
+                .map(|v| scale * v.wrapping_sub(first) as f64);
+            (apart.collect(), 0.0, First::Integer(first))
         }
         None => {
             let first = stored.first().copied().unwrap_or(0.0);
-            let apart = stored.iter().map(|v| v - first);
-            (apart.collect(), First::Float(first))
+            let apart = stored.iter().map(|v| scale * (v - first));
+            (apart.collect(), rounding, First::Float(first))
         }
     };
-    Ok(Listing {
-        place,
-        values: apart.iter().map(|v| scale * v / since.divisor).collect(),
-        // Differences of large numbers are as exact as those; integers have no rounding.
-        rounding: match integers {
-            Some(_) => 0.0,
-            None => rounding / since.divisor,
-        },
-        unit: Some(since.unit.to_owned()),
-        step: None,
-        start: Some(since.time(first.unpacked(scale, offset))),
-    })
+    let listing = since.listing(apart, rounding, first.unpacked(scale, offset));
+    Ok(Listing { place, ..listing })
 }
 
 /// The unit of times without one that can only count from 1970: in seconds and their fractions, 2001 to 2286.
@@ -130,13 +119,8 @@ pub(in crate::field) fn since_1970(values: &[f64]) -> Option<String> {
 pub(in crate::field) fn dated(values: &[f64], rounding: f64, unit: &str) -> Option<Listing> {
     let since = Since::parse(unit)?;
     let first = values.first().copied().unwrap_or(0.0);
-    Some(Listing {
-        values: values.iter().map(|v| (v - first) / since.divisor).collect(),
-        rounding: rounding / since.divisor,
-        unit: Some(since.unit.to_owned()),
-        start: Some(since.time(First::Float(first))),
-        ..Listing::default()
-    })
+    let apart = values.iter().map(|v| v - first).collect();
+    Some(since.listing(apart, rounding, First::Float(first)))
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -198,6 +182,17 @@ impl<'a> Since<'a> {
             date: date.trim(),
             counts: counts.trim(),
         })
+    }
+
+    /// Coordinates that are `apart` from the first, all in the counts of the unit.
+    fn listing(&self, apart: Vec<f64>, rounding: f64, first: First) -> Listing {
+        Listing {
+            values: apart.iter().map(|v| v / self.divisor).collect(),
+            rounding: rounding / self.divisor,
+            unit: Some(self.unit.to_owned()),
+            start: Some(self.time(first)),
+            ..Listing::default()
+        }
     }
 
     /// The time of the first sample in words.

@@ -7,6 +7,7 @@ use wavecascade_formats::{Container, Coordinate, Dimension, Format, Variable};
 use super::super::meaning::{Meaning, known_as};
 use super::super::note::spaced;
 use super::super::options::{At, Label};
+use super::super::storage::by_rows;
 use super::super::{Layout, Note};
 use super::Arrays;
 use crate::error::{DimensionName, Error, InputFault, Result};
@@ -177,11 +178,7 @@ fn roles(
                 true => by_layout,
                 false => straight > crossed,
             };
-            let (time, space) = if is_straight {
-                (first, second)
-            } else {
-                (second, first)
-            };
+            let (time, space) = by_rows(is_straight, first, second);
             Ok((time, Some(space), straight != crossed))
         }
         (_, _, &[]) => fault(InputFault::NoSamples {
@@ -372,12 +369,15 @@ fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputF
     let which = || InputFault::WhichVariable {
         variables: list(container),
     };
-    let mut unread = variables
-        .iter()
-        .filter(|v| v.sample_type.way_out().is_some());
-    match candidates[..] {
-        [only] => Ok(only),
-        [] => Err(unread.next().map_or_else(which, not_numbers)),
+    let unread = |v: &&Variable| v.sample_type.way_out().is_some();
+    let mut unread = variables.iter().filter(unread);
+    // What is not read may be the field, beside lists that are none.
+    let has_field = candidates.iter().any(|&i| rank(&variables[i]) > 1);
+    let hidden = unread.clone().find(|v| !has_field && rank(v) > 1);
+    match (&candidates[..], hidden) {
+        (_, Some(hidden)) => Err(not_numbers(hidden)),
+        ([only], None) => Ok(*only),
+        ([], None) => Err(unread.next().map_or_else(which, not_numbers)),
         _ => preferred().ok_or_else(which),
     }
 }
@@ -538,13 +538,8 @@ fn nearest(
     let tolerance = (step / 2.0).max(1e-9 * value.abs());
     if distance(&nearest) > tolerance * (1.0 + 1e-9) {
         let (first, last) = (values[0], values[values.len() - 1]);
-        let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
-        let range = format!(
-            "{} to {}{unit}",
-            measure::digits(first),
-            measure::digits(last)
-        );
-        return Err(refuse(range));
+        let (first, last) = (measure::digits(first), measure::digits(last));
+        return Err(refuse(format!("{first} to {last}{}", spaced(&unit))));
     }
     // Beyond what a number in single precision is rounded by.
     let is_other = distance(&nearest) > 1e-3 * step + 1e-6 * value.abs();

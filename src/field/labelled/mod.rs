@@ -9,6 +9,7 @@ mod axes;
 mod choose;
 mod delays;
 mod load;
+mod packing;
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -20,20 +21,20 @@ use wavecascade_formats::{
 
 use super::coordinates::{Coordinates, Listed};
 use super::file_bytes::FileBytes;
-use super::meaning::{Meaning, known_as, may_scale, with_unit};
+use super::meaning::{Meaning, known_as, may_scale, quantity, with_unit};
 use super::npz::Archive;
 use super::open::{Contents, FileSource};
 use super::options::Delays;
 use super::scan::NamedNumber;
-use super::statements::{Said, Statement, Statements, contradiction, unused};
-use super::storage::{Bytes, Factor, Packing};
-use super::{Field, Note, Quantity, graded_masses, npy};
+use super::statements::{Statement, Statements};
+use super::storage::{Bytes, Factor};
+use super::{Field, Note, graded_masses, npy};
 use crate::error::{Error, InputFault, Result};
-use crate::measure::{self, Length};
+use crate::measure::{Length, symbol_or};
 
 pub(super) use axes::{dated, since_1970};
-pub(super) use choose::dimensions;
-use choose::{Choice, last_name};
+use choose::Choice;
+pub(super) use choose::{dimensions, last_name};
 
 /// Texts, and arrays with their shapes, by their names.
 pub(crate) type Parts = (
@@ -130,7 +131,7 @@ impl<'a> Arrays<'a> {
 
     /// The numbers that those of a variable stand for.
     fn unpacked(&self, i: usize) -> Result<Vec<f64>> {
-        let (scale, offset) = scaling(&self.variable(i).attributes);
+        let (scale, offset) = self.own(i).linear();
         let numbers = self.numbers(i)?.into_iter();
         Ok(numbers.map(|v| scale * v + offset).collect())
     }
@@ -151,18 +152,22 @@ impl<'a> Arrays<'a> {
 
     /// The unit of a variable, by its attributes, the text `NAME_unit` beside it, or its name.
     fn unit(&self, i: usize) -> Option<String> {
-        let attributes = &self.variable(i).attributes;
-        let is_unit = |(name, _): &&(String, Value)| known_as(name, Meaning::Unit).is_some();
-        let own = attributes.0.iter().find(is_unit);
-        let own = own
-            .and_then(|(name, _)| attributes.text(name))
-            .map(str::to_owned);
-        own.or_else(|| {
+        self.own(i).own_unit().or_else(|| {
             let path = self.variable(i).path.trim_start_matches('/');
             let (group, name) = path.split_at(path.len() - last_name(path).len());
             let beside = self.statements_in(group).unit_of(name);
             beside.or(with_unit(name).1.map(str::to_owned))
         })
+    }
+
+    /// The attributes of a variable.
+    fn own(&self, i: usize) -> Statements {
+        let variable = self.variable(i);
+        let path = variable.path.trim_start_matches('/');
+        let all = variable.attributes.0.iter().filter_map(|(name, _)| {
+            statement(&variable.attributes, name, name, &format!("{path}/{name}"))
+        });
+        Statements::of_all(all.collect())
     }
 
     /// The attributes of a group, by the path before their names.
@@ -184,12 +189,7 @@ impl<'a> Arrays<'a> {
     /// whose name states something.
     fn statements(&self, variable: usize) -> Result<Statements> {
         let path = self.variable(variable).path.trim_start_matches('/');
-        let own = &self.variable(variable).attributes;
-        let mut statements = Statements::default();
-        for (name, _) in &own.0 {
-            let place = format!("{path}/{name}");
-            statements.all.extend(statement(own, name, name, &place));
-        }
+        let mut statements = self.own(variable);
         // `velocity_unit` and `velocity_scale` are those of `velocity`.
         let own_name = format!("{}_", last_name(path));
         let of_it = |name: &'_ str| name.strip_prefix(&own_name).unwrap_or(name).to_owned();
@@ -213,7 +213,7 @@ impl<'a> Arrays<'a> {
                     found.push(Statement {
                         name: name.to_owned(),
                         place: place.to_owned(),
-                        value: Said::Numbers(self.unpacked(i)?),
+                        value: Value::Numbers(self.unpacked(i)?),
                         unit: self.unit(i),
                     });
                 }
@@ -232,16 +232,10 @@ type Placed = (u64, Vec<u64>, ByteOrder);
 
 /// An attribute as a statement.
 fn statement(attributes: &Attributes, key: &str, name: &str, place: &str) -> Option<Statement> {
-    let value = match (attributes.get(key)?, attributes.text(key)) {
-        (_, Some(text)) => Said::Text(text.to_owned()),
-        (Value::Integers(numbers), _) => Said::Numbers(numbers.iter().map(|&v| v as f64).collect()),
-        (Value::Numbers(numbers), _) => Said::Numbers(numbers.clone()),
-        _ => return None,
-    };
     Some(Statement {
         name: name.to_owned(),
         place: place.to_owned(),
-        value,
+        value: attributes.get(key)?.clone(),
         unit: None,
     })
 }
@@ -256,6 +250,7 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
     let attributes = &variable.attributes;
     // What this program wrote says itself what is the field.
     let is_own = own_schema(container).is_some();
+    let own = arrays.own(choice.variable);
     let statements = match is_own {
         true => Statements::default(),
         false => arrays.statements(choice.variable)?,
@@ -285,10 +280,7 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         notes.push(Note::Start { time });
     }
     let [scale, offset] = match is_own {
-        true => {
-            let (scale, offset) = scaling(attributes);
-            [scale, offset].map(Factor::One)
-        }
+        true => <[f64; 2]>::from(own.linear()).map(Factor::One),
         false => statements.scaling(shape, &mut notes).map_err(fault)?,
     };
     let unit = match is_own || stated.unit.is_some() {
@@ -301,7 +293,13 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         counts(&space) && stated.dx.is_none(),
     ]));
     let standard_name = attributes.text("standard_name");
-    let packing = packing(variable, format, [scale, offset], &mut notes).map_err(fault)?;
+    let packing = own.packing(
+        variable.sample_type.number(),
+        format,
+        [scale, offset],
+        &mut notes,
+    );
+    let packing = packing.map_err(fault)?;
     let quantity = quantity(&variable.path, standard_name, unit.as_deref());
     let field = Field {
         unit,
@@ -390,18 +388,12 @@ impl Arrays<'_> {
             found.push(NamedNumber {
                 name: variable.path.trim_start_matches('/').to_owned(),
                 value,
-                unit: self.unit(i).map(|unit| length_unit(&unit)),
+                unit: self.unit(i).map(|unit| symbol_or::<Length>(&unit)),
                 rounding: relative * value.abs(),
             });
         }
         Ok(found)
     }
-}
-
-/// The symbol of a unit of length; another unit as it is.
-fn length_unit(unit: &str) -> String {
-    let symbol = measure::symbol::<Length>(unit);
-    symbol.unwrap_or(unit).to_owned()
 }
 
 /// What a file that this program wrote states as its schema.
@@ -472,165 +464,9 @@ impl FileSource<'_> {
     }
 }
 
-/// Scale and offset of packed numbers as the CF conventions name them, also where a text holds them.
-fn scaling(attributes: &Attributes) -> (f64, f64) {
-    let number = |name| {
-        let of_text = || attributes.text(name)?.parse().ok();
-        attributes.number(name).or_else(of_text)
-    };
-    (
-        number("scale_factor").unwrap_or(1.0),
-        number("add_offset").unwrap_or(0.0),
-    )
-}
-
 fn is_float(sample: Sample) -> bool {
     matches!(
         sample,
         Sample::F16 | Sample::F32 | Sample::F64 | Sample::IbmF32
     )
-}
-
-/// Scale, offset and gaps as the CF conventions name them: gaps and limits in stored numbers.
-///
-/// # Errors
-/// Limits that contradict each other.
-fn packing(
-    variable: &Variable,
-    format: Format,
-    [scale, offset]: [Factor; 2],
-    notes: &mut Vec<Note>,
-) -> Result<Packing, InputFault> {
-    /// What NetCDF fills floats with that were never written.
-    const UNWRITTEN: f64 = 9.969_209_968_386_869e36;
-    let attributes = &variable.attributes;
-    let sample = variable.sample_type.number();
-    let numbers = |name: &str| match attributes.get(name) {
-        Some(Value::Integers(values)) => values.iter().map(|&v| v as f64).collect(),
-        Some(Value::Numbers(values)) => values.clone(),
-        _ => {
-            let text = attributes.text(name).unwrap_or_default();
-            let words = text.split(|c: char| c == ',' || c.is_whitespace());
-            words
-                .filter_map(|word| word.parse::<f64>().ok())
-                .collect::<Vec<f64>>()
-        }
-    };
-    // A number stated with more digits than the samples have is one of them, rounded.
-    let rounded = |number: f64| match sample {
-        Some(Sample::F32) => f64::from(number as f32),
-        _ => number,
-    };
-    let gaps = ["_FillValue", "missing_value"]
-        .map(numbers)
-        .concat()
-        .into_iter();
-    let mut gaps: Vec<f64> = gaps.filter(|gap| !gap.is_nan()).map(rounded).collect();
-    let is_float = sample.is_some_and(is_float);
-    // A stated fill value takes the place of the usual one, which NumPy has not.
-    let has_usual = !matches!(format, Format::Npy | Format::Npz);
-    if is_float && has_usual && attributes.get("_FillValue").is_none() {
-        gaps.push(UNWRITTEN);
-    }
-    let mut limits = [f64::NEG_INFINITY, f64::INFINITY];
-    let mut is_set = [None; 2];
-    for name in ["valid_range", "valid_min", "valid_max"] {
-        let found = numbers(name);
-        let found: Vec<(usize, f64)> = match (name, &found[..]) {
-            (_, []) => continue,
-            ("valid_range", &[least, most]) => vec![(0, least), (1, most)],
-            ("valid_min", &[least]) => vec![(0, least)],
-            ("valid_max", &[most]) => vec![(1, most)],
-            _ => Vec::new(),
-        };
-        // Limits of another type than the samples are in no numbers that are known.
-        let is_of_type = |number: f64| is_float || number.fract() == 0.0;
-        if found.is_empty() || !found.iter().all(|(_, number)| is_of_type(*number)) {
-            notes.push(unused(&format!(
-                "`{name}`, whose numbers are not of the type of the samples,"
-            )));
-            continue;
-        }
-        for (end, number) in found {
-            let number = rounded(number);
-            if let Some(other) = is_set[end].filter(|_| limits[end] != number) {
-                let of = |name: &str, limit: f64| format!("`{name}` = {limit}");
-                let what = "limit of valid samples";
-                return Err(contradiction(
-                    what,
-                    of(other, limits[end]),
-                    of(name, number),
-                ));
-            }
-            (limits[end], is_set[end]) = (number, Some(name));
-        }
-    }
-    Ok(Packing {
-        scale,
-        offset,
-        gaps,
-        valid: is_set.iter().any(Option::is_some).then_some(limits),
-    })
-}
-
-/// The quantity that a name, or else a unit, stands for.
-pub(super) fn quantity(
-    path: &str,
-    standard_name: Option<&str>,
-    unit: Option<&str>,
-) -> Option<Quantity> {
-    let last = last_name(path).to_ascii_lowercase();
-    let names = [Some(last.as_str()), standard_name];
-    let by_name = Quantity::ALL.into_iter().find(|quantity| {
-        let is_it =
-            |name: &str| name == quantity.name() || name == quantity.name().replace('_', "");
-        names.into_iter().flatten().any(is_it)
-    });
-    by_name.or_else(|| of_unit(unit?))
-}
-
-/// The quantity that is measured in `unit`.
-pub(super) fn of_unit(unit: &str) -> Option<Quantity> {
-    let spelled: String = unit.chars().filter(|c| !c.is_whitespace()).collect();
-    let spelled = spelled
-        .replace("**", "")
-        .replace('^', "")
-        .replace(['*', '.'], "");
-    let bare = |units: &[&str]| {
-        let prefixes = ["", "m", "u", "\u{b5}", "\u{3bc}", "n", "c", "k"];
-        let is_prefixed = |unit: &&str| {
-            let rest = spelled.strip_suffix(*unit);
-            rest.is_some_and(|prefix| prefixes.contains(&prefix))
-        };
-        units.iter().any(is_prefixed)
-    };
-    match () {
-        _ if bare(&["m/s", "ms-1", "m/sec"]) => Some(Quantity::Velocity),
-        _ if bare(&["m/s2", "ms-2", "m/s\u{b2}"]) || spelled == "g" => Some(Quantity::Acceleration),
-        _ if bare(&["m", "meter", "metre"]) => Some(Quantity::Displacement),
-        _ if bare(&["strain/s", "1/s", "s-1", "/s"]) => Some(Quantity::StrainRate),
-        _ if bare(&["N"]) => Some(Quantity::Force),
-        _ => None,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_unit_names_its_quantity() {
-        for (units, quantity) in [
-            ("m/s|mm/s|m s-1|m s**-1|\u{b5}m/s", Some(Quantity::Velocity)),
-            ("m/s^2|g", Some(Quantity::Acceleration)),
-            ("nm", Some(Quantity::Displacement)),
-            ("strain/s", Some(Quantity::StrainRate)),
-            ("kN", Some(Quantity::Force)),
-            ("Pa|counts", None),
-        ] {
-            for unit in units.split('|') {
-                assert_eq!(of_unit(unit), quantity, "{unit}");
-            }
-        }
-    }
 }

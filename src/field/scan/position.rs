@@ -231,33 +231,20 @@ fn numbers_in(name: &str) -> (Vec<String>, Vec<NamedNumber>) {
     (texts, numbers)
 }
 
-/// How many bytes of `text` are a number at its beginning.
+/// How many bytes of `text` are a number at its beginning: the longest part that reads as one and has digits at both ends.
 fn number_len(text: &str, may_be_signed: bool) -> usize {
-    let bytes = text.as_bytes();
-    let digits = |from: usize| {
-        bytes[from.min(bytes.len())..]
-            .iter()
-            .take_while(|b| b.is_ascii_digit())
-            .count()
+    let is_part = |c: char| c.is_ascii_digit() || "+-.eE".contains(c);
+    let end = text.find(|c| !is_part(c)).unwrap_or(text.len());
+    let is_number = |len: &usize| {
+        let part = &text[..*len];
+        let unsigned = match may_be_signed {
+            true => part.strip_prefix(['+', '-']).unwrap_or(part),
+            false => part,
+        };
+        let is_digit = |c: char| c.is_ascii_digit();
+        unsigned.starts_with(is_digit) && part.ends_with(is_digit) && part.parse::<f64>().is_ok()
     };
-    let sign = usize::from(may_be_signed && matches!(bytes.first(), Some(b'+' | b'-')));
-    let whole = digits(sign);
-    if whole == 0 {
-        return 0;
-    }
-    let mut len = sign + whole;
-    let has_point = bytes.get(len) == Some(&b'.');
-    if has_point && digits(len + 1) > 0 {
-        len += 1 + digits(len + 1);
-    }
-    if matches!(bytes.get(len), Some(b'e' | b'E')) {
-        let sign = usize::from(matches!(bytes.get(len + 1), Some(b'+' | b'-')));
-        let exponent = digits(len + 1 + sign);
-        if exponent > 0 {
-            len += 1 + sign + exponent;
-        }
-    }
-    len
+    (1..=end).rev().find(is_number).unwrap_or(0)
 }
 
 /// The positions in a table with a column of files and one of positions, with a header.

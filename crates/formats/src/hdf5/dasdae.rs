@@ -40,10 +40,8 @@ pub(super) fn assign(walk: &mut Walk) {
             continue;
         };
         let split = |names: &str| -> Vec<String> {
-            names
-                .split(',')
-                .map(|name| name.trim().to_owned())
-                .collect()
+            let names = names.split(',');
+            names.map(|name| name.trim().to_owned()).collect()
         };
         let dims = split(dims);
         let find = |name: &str| places.get(&format!("{path}/{name}")).copied();
@@ -94,47 +92,98 @@ pub(super) fn assign(walk: &mut Walk) {
     }
 }
 
+/// A value of a pickle: a text, a dictionary by its number, or what is not looked at.
+#[derive(Clone, Copy)]
+enum Pickled<'a> {
+    Mark,
+    Text(&'a str),
+    Dictionary(usize),
+    Other,
+}
+
 /// The units in a pickled dictionary of coordinates: `{"time": {"units": "s", ..}, ..}`.
 ///
-/// Pickles of protocol 0 are lines of text. No part of them is executed: only texts (`V..`), their later
-/// repetitions (`g` and the number given by `p`) and the begin of a dictionary (`(dp`) are looked at.
+/// Pickles of protocol 0 are codes of one letter, some with lines behind them, for a machine with a stack. Nothing is
+/// executed: calls and classes give [`Pickled::Other`].
 fn units(pickled: &[u8]) -> Vec<(String, String)> {
-    let text = |line: &[u8]| -> String { line.iter().map(|&byte| char::from(byte)).collect() };
-    let lines: Vec<String> = pickled.split(|&byte| byte == b'\n').map(text).collect();
-    let mut known: HashMap<&str, &str> = HashMap::new();
-    let mut texts: Vec<Option<&str>> = Vec::new();
-    for (i, line) in lines.iter().enumerate() {
-        // `s` stores the pair before.
-        let line = line.trim_start_matches('s');
-        let found = match line.as_bytes().first() {
-            Some(b'V') => Some(&line[1..]),
-            Some(b'g') => known.get(&line[1..]).copied(),
-            _ => None,
+    use Pickled::{Dictionary, Mark, Other, Text};
+    let text: String = pickled.iter().map(|&byte| char::from(byte)).collect();
+    let mut rest = text.as_str();
+    let (mut stack, mut memo) = (Vec::new(), HashMap::new());
+    let (mut dictionaries, mut names, mut units) = (0, HashMap::new(), Vec::new());
+    while let Some(code) = rest.chars().next() {
+        rest = &rest[code.len_utf8()..];
+        let mut line = || {
+            let (line, after) = rest.split_once('\n').unwrap_or((rest, ""));
+            rest = after;
+            line
         };
-        if let (Some(found), Some(Some(number))) =
-            (found, lines.get(i + 1).map(|next| next.strip_prefix('p')))
-        {
-            known.insert(number, found);
-        }
-        texts.push(found);
+        let pushed = match code {
+            'V' => Text(line()),
+            'g' => memo.get(line()).copied().unwrap_or(Other),
+            'p' => {
+                memo.extend(stack.last().map(|last| (line(), *last)));
+                continue;
+            }
+            'c' | 'F' | 'I' | 'L' | 'S' => {
+                line();
+                if code == 'c' {
+                    line();
+                }
+                Other
+            }
+            'N' => Other,
+            '(' => Mark,
+            'd' | 'l' | 't' => {
+                while !matches!(stack.pop(), Some(Mark) | None) {}
+                dictionaries += 1;
+                Dictionary(dictionaries)
+            }
+            's' => {
+                let (value, key) = (stack.pop(), stack.pop());
+                match (stack.last(), key, value) {
+                    (_, Some(Text(name)), Some(Dictionary(of))) => {
+                        names.insert(of, name);
+                    }
+                    (Some(Dictionary(of)), Some(Text("units")), Some(Text(unit))) => {
+                        units.push((*of, unit));
+                    }
+                    _ => {}
+                }
+                continue;
+            }
+            // A class and its arguments become an object.
+            'R' => {
+                stack.truncate(stack.len().saturating_sub(2));
+                Other
+            }
+            'b' | 'a' | '0' => {
+                stack.pop();
+                continue;
+            }
+            _ => break,
+        };
+        stack.push(pushed);
     }
-    // The line of the value: behind that of the key, and behind its number.
-    let value = |key: usize| match lines.get(key + 1) {
-        Some(next) if next.starts_with('p') => key + 2,
-        _ => key + 1,
-    };
-    let mut units = Vec::new();
-    let mut coordinate = None;
-    for (i, text) in texts.iter().enumerate() {
-        let Some(text) = text else { continue };
-        let at = value(i);
-        if lines.get(at).is_some_and(|line| line.starts_with("(dp")) {
-            coordinate = Some(*text);
-        } else if let ("units", Some(coordinate), Some(Some(unit))) =
-            (*text, coordinate, texts.get(at))
-        {
-            units.push((coordinate.to_owned(), (*unit).to_owned()));
-        }
+    let named = units
+        .into_iter()
+        .filter_map(|(of, unit)| Some((names.get(&of)?, unit)));
+    named
+        .map(|(name, unit)| ((*name).to_owned(), unit.to_owned()))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As Python writes `pickle.dumps(coordinates, protocol=0)`, with a coordinate without a unit before the other.
+    #[test]
+    fn val_python_units_of_pickled_coordinates() {
+        let pickled = b"(dp0\nVdistance\np1\n(dp2\nVdtype\np3\nVfloat64\np4\nsVmin\np5\nF0.0\nsVunits\np8\nNssVtime\np9\n(dp10\n\
+            g3\nVdatetime64\np11\nsg5\ncnumpy\nscalar\np12\n(I4\nV<\np17\nNtp18\nRp19\n(I1\ntbsg8\nVs\np59\nssVnew\n(dg8\ng59\nss.";
+        let unit = |name: &str| (name.to_owned(), "s".to_owned());
+        assert_eq!(units(pickled), [unit("time"), unit("new")]);
+        assert_eq!(units(b"\x80\x04}"), []);
     }
-    units
 }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::container::{Block, Decoder};
 use crate::cursor::Budget;
-use crate::sets::{Alike, Sets, Traits, others, sets, variables};
+use crate::sets::{Sets, Traits, others, sets, variables};
 use crate::{
     Bytes, Container, Coordinate, Dimension, Error, Format, Options, Remark, Result, Sample,
     SampleType, Value, Variable, time,
@@ -62,19 +62,11 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
         Remark::listing("traces that are left out:", apart.chain(unread))
     };
     let path_of = |trace: &Trace| format!("/{}", trace.name);
-    for Alike {
-        path,
-        remark,
-        arrays,
-    } in variables(sets(traces), "/traces", path_of, left_out)
-    {
-        container.remark_on_next(remark);
-        let variable = variable(path, &arrays);
-        let traces = Traces {
-            bytes: Bytes::clone(&bytes),
-            set: arrays,
-        };
-        container.push_decoded(variable, traces);
+    for alike in variables(sets(traces), "/traces", path_of, left_out) {
+        container.remark_on_next(alike.remark);
+        let variable = variable(alike.path, &alike.arrays);
+        let (bytes, set) = (Bytes::clone(&bytes), alike.arrays);
+        container.push_decoded(variable, Traces { bytes, set });
     }
     unread.into_iter().for_each(|other| container.push(other));
     Ok(container)

@@ -9,7 +9,7 @@ pub(super) const HEADER: usize = 240;
 pub(super) const FILE_HEADER: usize = 3600;
 
 /// Traces of equal length, one behind the other.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Layout {
     pub order: ByteOrder,
     pub sample: Sample,
@@ -20,8 +20,8 @@ pub(super) struct Layout {
     pub samples: usize,
     /// 0 to 2; none for Seismic Unix.
     pub revision: Option<u8>,
-    /// Sample interval in us, 0 if none is stated.
-    pub interval: f64,
+    /// Sample intervals in us, with where they are stated: none, the only one, or two that differ.
+    pub intervals: Vec<(String, f64)>,
     pub is_feet: bool,
 }
 
@@ -142,13 +142,15 @@ impl Layout {
             traces: traces.len() / (HEADER + samples * sample.bytes()),
             samples,
             revision: Some(revision),
-            interval: f64::from_bits(extended(3272, 8)),
+            intervals: Vec::new(),
             is_feet: i16_at(order, bytes, 3254) == 2,
         };
         // Another interval than one that 16 bits can hold stands there alone.
-        if !(layout.interval > 0.0 && layout.interval.is_finite()) {
-            layout.interval = layout.only_interval(bytes, u16_at(order, bytes, 3216))?;
-        }
+        let extended = f64::from_bits(extended(3272, 8));
+        layout.intervals = match extended > 0.0 && extended.is_finite() {
+            true => vec![("binary header".to_owned(), extended)],
+            false => layout.intervals(bytes, u16_at(order, bytes, 3216)),
+        };
         Ok(layout)
     }
 
@@ -169,36 +171,30 @@ impl Layout {
             traces: bytes.len() / (HEADER + 4 * samples),
             samples,
             revision: None,
-            interval: 0.0,
+            intervals: Vec::new(),
             is_feet: false,
         };
-        layout.interval = layout.only_interval(bytes, 0)?;
+        layout.intervals = layout.intervals(bytes, 0);
         Ok(layout)
     }
 
-    /// The sample interval in us that the file, if it has one, and all traces state; 0 where none is stated.
-    fn only_interval(&self, bytes: &[u8], of_file: u16) -> Result<f64> {
+    /// The first sample interval in us that the binary header, or a trace, states, and the first other one.
+    fn intervals(&self, bytes: &[u8], of_file: u16) -> Vec<(String, f64)> {
         let of_traces = (0..self.traces).map(|trace| {
             let interval = u16_at(self.order, self.header(bytes, trace), 116);
             (Some(trace), interval)
         });
         let all = std::iter::once((None, of_file)).chain(of_traces);
         let mut stated = all.filter(|(_, interval)| *interval > 0);
-        let Some((first, interval)) = stated.next() else {
-            return Ok(0.0);
+        let first = stated.next();
+        let other = stated.find(|(_, other)| first.is_some_and(|(_, first)| first != *other));
+        let placed = |(trace, interval): (Option<usize>, u16)| {
+            let place = trace.map_or("binary header".into(), |trace| {
+                format!("trace {}", trace + 1)
+            });
+            (place, f64::from(interval))
         };
-        let Some((other, others)) = stated.find(|(_, others)| *others != interval) else {
-            return Ok(f64::from(interval));
-        };
-        let [first, other] = [first, other].map(|place| match place {
-            None => "the binary header".to_owned(),
-            Some(trace) => format!("trace {}", trace + 1),
-        });
-        let what =
-            format!("a sample interval of {interval} us in {first} and of {others} us in {other}");
-        let way_out = "write the right one to both (bytes 3217 to 3218, and 117 to 118 of each trace), \
-                       or traces of one interval to each file";
-        Err(Error::unsupported(what, way_out))
+        first.into_iter().chain(other).map(placed).collect()
     }
 
     /// Bytes from one trace header to the next.

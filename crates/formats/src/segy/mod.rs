@@ -5,7 +5,7 @@ mod layout;
 mod text;
 
 use crate::{
-    Bytes, Container, Coordinate, Dimension, Format, Options, Place, Remark, Result, Sample, Value,
+    Bytes, Container, Coordinate, Dimension, Format, Options, Place, Remark, Result, Value,
     Variable,
 };
 use geometry::{Field, Headers};
@@ -64,15 +64,25 @@ pub(crate) fn open(format: Format, bytes: Bytes, _options: &Options) -> Result<C
         true => Field::Delay.value(&layout, header) / 1e3,
         false => 0.0,
     };
-    let of_trace = vec![trace.clone()];
+    let of_trace = trace.clone();
     trace.coordinate = listed.map(|field| Coordinate::Listed(1 + field));
-    let coordinate = (layout.interval > 0.0).then(|| Coordinate::Even {
-        origin,
-        step: layout.interval / 1e6,
-        unit: Some("s".into()),
-    });
+    let is_one = layout.intervals.len() == 1;
+    let coordinate = layout
+        .intervals
+        .first()
+        .map(|(_, interval)| Coordinate::Even {
+            origin,
+            step: if is_one { interval / 1e6 } else { f64::NAN },
+            unit: Some("s".into()),
+        });
     let dimensions = vec![trace, Dimension { coordinate, ..time }];
     let mut traces = Variable::new("/traces", dimensions, layout.sample);
+    for (place, interval) in layout.intervals.iter().filter(|_| !is_one) {
+        let name = format!("sample_interval ({place})");
+        traces
+            .attributes
+            .insert_text(name, format!("{interval} us"));
+    }
     traces.place = Place::Strided {
         start: (layout.start + HEADER) as u64,
         strides: vec![layout.stride() as u64, layout.sample.bytes() as u64],
@@ -89,12 +99,8 @@ pub(crate) fn open(format: Format, bytes: Bytes, _options: &Options) -> Result<C
             field if field.is_position() => position_unit,
             _ => Some(length_unit),
         };
-        let mut variable = Variable::new(field.path(), of_trace.clone(), Sample::F64);
-        variable
-            .attributes
-            .insert_text("units", unit.unwrap_or_default());
-        let values = headers.values(*field).map(f64::to_ne_bytes);
-        container.push_list(variable, values);
+        let unit = unit.unwrap_or_default();
+        container.push_floats(field.path(), &of_trace, unit, headers.values(*field));
     }
 
     if let Some(revision) = layout.revision {

@@ -8,7 +8,7 @@ use super::samples::Texts;
 use super::scale::scaling;
 use super::segments::Object;
 use crate::rows::{Pieces, Scaling};
-use crate::sets::Traits;
+use crate::sets::{Traits, only_rising};
 use crate::{Attributes, Coordinate, Dimension, Sample, Value};
 
 /// Names of channels that hold the times of others.
@@ -214,17 +214,8 @@ impl Positions {
                 .map(|one| one.as_ref().map_or(f64::NAN, |one| one.0));
             positions.listed.push((axis, unit, values.collect()));
         }
-        let varies = |axis: &usize| {
-            let values = &positions.listed[*axis].2;
-            values.iter().any(|value| *value != values[0])
-        };
-        let varying: Vec<usize> = (0..positions.listed.len()).filter(varies).collect();
-        if let [axis] = varying[..]
-            && positions.differ.is_none()
-            && positions.listed[axis].2.is_sorted_by(|a, b| a < b)
-        {
-            positions.coordinate = Some(axis);
-        }
+        let rising = only_rising(positions.listed.iter().map(|(_, _, values)| &values[..]));
+        positions.coordinate = rising.filter(|_| positions.differ.is_none());
         positions
     }
 }

@@ -112,12 +112,8 @@ impl Listing<'_> {
         }
         for (name, unit, values) in positions.listed {
             let path = self.unused(format!("{path}/{name}"));
-            let mut variable = Variable::new(path, vec![bare.clone()], Sample::F64);
-            variable
-                .attributes
-                .insert_text("units", unit.unwrap_or_default());
-            let values = values.into_iter().map(f64::to_ne_bytes);
-            self.container.push_list(variable, values);
+            let unit = unit.unwrap_or_default();
+            self.container.push_floats(path, &bare, &unit, values);
         }
         Ok(())
     }

@@ -9,7 +9,7 @@ use indexmap::IndexSet;
 
 use crate::cursor::{Budget, beginning};
 use crate::rows::{Record, Rows};
-use crate::sets::{Sets, Traits, others, sets};
+use crate::sets::{Sets, Traits, only_rising, others, sets};
 use crate::{
     Bytes, Container, Coordinate, Dimension, Error, Format, Options, Place, Remark, Result, Sample,
     SampleType, Value, Variable,
@@ -234,16 +234,11 @@ fn add(
     let at = container.variables.len() + 1;
     if positions.iter().any(|position| !position[0].is_nan()) {
         let along = |axis: usize| positions.iter().map(move |position| position[axis]);
-        let varies = |&axis: &usize| along(axis).any(|value| value != positions[0][axis]);
-        let varying: Vec<usize> = (0..3).filter(varies).collect();
-        if let [axis] = varying[..]
-            && along(axis).is_sorted_by(|a, b| a < b)
-        {
-            let coordinate = Coordinate::Listed(at + listed.len() + axis);
-            variable.dimensions[0].coordinate = Some(coordinate);
-        }
-        let axes = ["x", "y", "z"].into_iter().enumerate();
-        listed.extend(axes.map(|(axis, name)| (name, along(axis).collect())));
+        let axes: [Vec<f64>; 3] = [0, 1, 2].map(|axis| along(axis).collect());
+        let rising = only_rising(axes.iter().map(|axis| &axis[..]));
+        let coordinate = rising.map(|axis| Coordinate::Listed(at + listed.len() + axis));
+        variable.dimensions[0].coordinate = coordinate;
+        listed.extend(["x", "y", "z"].into_iter().zip(axes));
     }
     variable.dimensions[1].coordinate = match first.even {
         Some([origin, step]) => Some(Coordinate::Even {
@@ -285,9 +280,7 @@ fn add(
     }
     let mut list = |name: &str, dimension: &Dimension, unit: &str, values: &[f64]| {
         let path = format!("/{name}{suffix}");
-        let mut variable = Variable::new(path, vec![dimension.clone()], Sample::F64);
-        variable.attributes.insert_text("units", unit);
-        container.push_list(variable, values.iter().map(|value| value.to_ne_bytes()));
+        container.push_floats(path, dimension, unit, values.iter().copied());
     };
     for (name, values) in &listed {
         list(name, &record, "", values);

@@ -29,27 +29,23 @@ pub(crate) fn open(format: Format, folder: &Path, options: &Options) -> Result<C
     let mut walk = Walk::new(Arc::new(store), &name);
     walk.visit(folder, "", 0)?;
     walk.assign_coordinates();
-    let Walk {
-        attributes,
-        variables,
-        arrays,
-        ..
-    } = walk;
     let no_bytes: Bytes = Arc::new(Vec::new());
     let mut container = Container::new(format, &no_bytes);
     let stored = length(folder, 0);
     container.most_bytes = stored.saturating_mul(MAX_INFLATION).max(SMALL);
-    container.attributes = attributes;
-    for (variable, array) in variables.into_iter().zip(arrays) {
+    container.attributes = walk.attributes;
+    for (variable, array) in walk.variables.into_iter().zip(walk.arrays) {
         match array {
             Some(array) => {
                 let (most, memory) = (container.most_bytes, options.memory);
-                let chunks = Chunks {
-                    array,
-                    most,
-                    memory,
-                };
-                container.push_decoded(variable, chunks);
+                container.push_decoded(
+                    variable,
+                    Chunks {
+                        array,
+                        most,
+                        memory,
+                    },
+                );
             }
             None => container.push(variable),
         }

@@ -13,7 +13,7 @@ use zarrs::storage::StorageError;
 use super::{Stored, caught, json};
 use crate::{
     Attributes, ByteOrder, Coordinate, Dimension, Error, Place, Result, Sample, SampleType, Value,
-    Variable,
+    Variable, numpy_times,
 };
 
 /// Groups within groups.
@@ -200,7 +200,7 @@ struct Described {
     /// Whether xarray reads its fill value as a gap.
     is_fill_a_gap: bool,
     /// Of `datetime64` and `timedelta64` in version 2, which are read as integers.
-    time: Option<String>,
+    time: Option<(String, f64)>,
 }
 
 impl Described {
@@ -262,12 +262,10 @@ impl Described {
         let (Some(sample), Some(stored)) = (sample, stored) else {
             return;
         };
-        let unit = self
-            .time
-            .take()
-            .or_else(|| unit_of_times(stored.array.data_type()));
-        if let Some(unit) = unit.filter(|_| self.attributes.get("units").is_none()) {
-            self.attributes.insert("units", Value::Text(unit));
+        let times = self.time.take();
+        let times = times.or_else(|| times_of(stored.array.data_type()));
+        if let Some(times) = times.filter(|_| self.attributes.get("units").is_none()) {
+            self.attributes.insert_counts(times);
             self.attributes
                 .insert("_FillValue", Value::Integers(vec![i64::MIN]));
             return;
@@ -306,14 +304,13 @@ fn set(attributes: &mut Attributes, name: &str, value: Value) {
 }
 
 /// Reads `datetime64` and `timedelta64` of version 2 as integers, and says in which unit.
-fn integers_of_times(metadata: &mut Map<String, Json>) -> Option<String> {
+fn integers_of_times(metadata: &mut Map<String, Json>) -> Option<(String, f64)> {
     let dtype = metadata.get("dtype")?.as_str()?;
     let (order, rest) = dtype.split_at_checked(1)?;
     let kind = rest.get(..3)?;
     let unit = rest[3..].strip_suffix(']')?;
-    let unit = match kind {
-        "M8[" => format!("{} since 1970-01-01", long_unit(unit)),
-        "m8[" => long_unit(unit).to_owned(),
+    let times = match kind {
+        "M8[" | "m8[" => numpy_times(unit, kind == "M8[")?,
         _ => return None,
     };
     let integer = format!("{order}i8");
@@ -321,38 +318,18 @@ fn integers_of_times(metadata: &mut Map<String, Json>) -> Option<String> {
     if metadata.get("fill_value").is_some_and(Json::is_string) {
         metadata.insert("fill_value".into(), Json::from(i64::MIN));
     }
-    Some(unit)
+    Some(times)
 }
 
-/// A unit of NumPy as the CF conventions write it.
-fn long_unit(unit: &str) -> &str {
-    match unit {
-        "D" => "days",
-        "h" => "hours",
-        "m" => "minutes",
-        "s" => "seconds",
-        "ms" => "milliseconds",
-        "us" => "microseconds",
-        "ns" => "nanoseconds",
-        other => other,
-    }
-}
-
-/// The unit of `datetime64` and `timedelta64` of version 3.
-fn unit_of_times(data_type: &DataType) -> Option<String> {
-    let (unit, scale, since) = match data_type {
-        DataType::NumpyDateTime64 { unit, scale_factor } => {
-            (unit, scale_factor, " since 1970-01-01")
-        }
-        DataType::NumpyTimeDelta64 { unit, scale_factor } => (unit, scale_factor, ""),
+/// What `datetime64` and `timedelta64` of version 3 count.
+fn times_of(data_type: &DataType) -> Option<(String, f64)> {
+    let (unit, scale, is_date) = match data_type {
+        DataType::NumpyDateTime64 { unit, scale_factor } => (unit, scale_factor, true),
+        DataType::NumpyTimeDelta64 { unit, scale_factor } => (unit, scale_factor, false),
         _ => return None,
     };
     let unit = serde_json::to_value(unit).ok()?;
-    let unit = long_unit(unit.as_str()?);
-    match scale.get() {
-        1 => Some(format!("{unit}{since}")),
-        scale => Some(format!("{scale} {unit}{since}")),
-    }
+    numpy_times(&format!("{scale}{}", unit.as_str()?), is_date)
 }
 
 fn open(

@@ -1,0 +1,101 @@
+//! Which stored numbers are samples and which are gaps, as the CF conventions say it.
+
+use wavecascade_formats::{Format, Sample};
+
+use super::super::Note;
+use super::super::meaning::Meaning::{
+    self, Fill, Offset, Scale, Unit, ValidMax, ValidMin, ValidRange,
+};
+use super::super::statements::{Statements, contradiction, unused};
+use super::super::storage::{Factor, Packing};
+use super::is_float;
+use crate::error::InputFault;
+
+impl Statements {
+    /// Single scale and offset of an array that is no field.
+    pub(super) fn linear(&self) -> (f64, f64) {
+        let one = |meaning: Meaning, otherwise: f64| {
+            let is_it =
+                |name: &str| meaning == Scale || name.to_ascii_lowercase().starts_with("add");
+            let found = self.lists(meaning).find(|(one, _)| is_it(&one.name));
+            found.map_or(otherwise, |(_, numbers)| numbers[0])
+        };
+        (one(Scale, 1.0), one(Offset, 0.0))
+    }
+
+    /// The unit that is stated first.
+    pub(super) fn own_unit(&self) -> Option<String> {
+        let units = self.texts(Unit);
+        units.first().map(|(_, unit)| (*unit).to_owned())
+    }
+
+    /// Scale, offset, and which numbers are gaps: those of the attributes of the samples, in stored numbers.
+    ///
+    /// # Errors
+    /// Limits that contradict each other.
+    pub(super) fn packing(
+        &self,
+        sample: Option<Sample>,
+        format: Format,
+        [scale, offset]: [Factor; 2],
+        notes: &mut Vec<Note>,
+    ) -> Result<Packing, InputFault> {
+        /// What NetCDF fills floats with that were never written.
+        const UNWRITTEN: f64 = 9.969_209_968_386_869e36;
+        // A number stated with more digits than the samples have is one of them, rounded.
+        let rounded = |number: f64| match sample {
+            Some(Sample::F32) => f64::from(number as f32),
+            _ => number,
+        };
+        let is_float = sample.is_some_and(is_float);
+        let gaps = self.lists(Fill).flat_map(|(_, numbers)| numbers);
+        let mut gaps: Vec<f64> = gaps.filter(|gap| !gap.is_nan()).map(rounded).collect();
+        // A stated fill value takes the place of the usual one, which NumPy has not.
+        let has_usual = !matches!(format, Format::Npy | Format::Npz);
+        if is_float && has_usual && self.all.iter().all(|one| one.name != "_FillValue") {
+            gaps.push(UNWRITTEN);
+        }
+        let mut limits: [Option<(f64, String)>; 2] = [None, None];
+        for (meaning, ends) in [(ValidRange, 0..2), (ValidMin, 0..1), (ValidMax, 1..2)] {
+            for (one, numbers) in self.lists(meaning) {
+                // Limits of another type than the samples are in no numbers that are known.
+                let is_of_type = numbers
+                    .iter()
+                    .all(|number| is_float || number.fract() == 0.0);
+                if numbers.len() != ends.len() || !is_of_type {
+                    let what = format!(
+                        "`{}`, whose numbers are not of the type of the samples,",
+                        one.name
+                    );
+                    notes.push(unused(&what));
+                    continue;
+                }
+                for (end, number) in ends.clone().zip(numbers.into_iter().map(rounded)) {
+                    let shown = format!("`{}` = {number}", one.name);
+                    match &limits[end] {
+                        Some((other, first)) if *other != number => {
+                            return Err(contradiction(
+                                "limit of valid samples",
+                                first.clone(),
+                                shown,
+                            ));
+                        }
+                        _ => limits[end] = Some((number, shown)),
+                    }
+                }
+            }
+        }
+        let is_limited = limits.iter().any(Option::is_some);
+        let [least, most] = limits.map(|limit| limit.map(|(number, _)| number));
+        let limits = [
+            least.unwrap_or(f64::NEG_INFINITY),
+            most.unwrap_or(f64::INFINITY),
+        ];
+        Ok(Packing {
+            scale,
+            offset,
+            gaps,
+            valid: is_limited.then_some(limits),
+        })
+    }
+}
