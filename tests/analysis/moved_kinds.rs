@@ -1,12 +1,12 @@
 //! What moved: kinds of fields of which something else was said than is so, each known by construction.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use ndarray::Array2;
 use wavecascade::Field;
 use wavecascade::analyze::{Analysis, Request, Results};
 use wavecascade::chain::scene::SceneSource;
-use wavecascade::moved::{Answer, Reason, Verdict};
+use wavecascade::moved::{Answer, Fate, Reason, Verdict};
 use wavecascade::observer::Silent;
 use wavecascade::reference::GrowingHarmonic;
 
@@ -58,139 +58,339 @@ pub fn ricker(s: f64, w: f64) -> f64 {
     (1.0 - (s / w).powi(2)) * (-0.5 * (s / w).powi(2)).exp()
 }
 
-/// Bursts of 0.02 and 0.05 cycles a sample from the two ends: neither has moved to the other. Pulses of one shape have not either,
-/// whatever they come from.
-#[test]
-fn val_construction_two_origins_are_no_move() {
-    for level in [0.0, 3e-3] {
-        let found = answer_of((2048, 48), level, |n, j| {
-            let (a, b) = (n - 300.0 - 14.0 * j, n - 350.0 - 14.0 * (47.0 - j));
-            burst(a, 0.02, 250.0) + burst(b, 0.05, 250.0)
-        });
-        let moved = &found.frequency;
-        assert_eq!(moved.reason, Some(Reason::Mixed), "{level}: {moved:?}");
-        assert_eq!(moved.verdict, Verdict::Untold, "{level}: {moved:?}");
-        assert_eq!(found.speed, None, "{level}");
+/// Whether a word, with a number or none, is true of what is said of a field's frequencies.
+pub fn holds(expected: &str, found: &Answer) -> bool {
+    let moved = &found.frequency;
+    let (word, number) = expected.split_once(' ').unwrap_or((expected, "0"));
+    let number: f64 = number.parse().unwrap();
+    match word {
+        "up" => moved.verdict == Verdict::Up,
+        "down" => moved.verdict == Verdict::Down,
+        "unchanged" => moved.verdict == Verdict::Unchanged,
+        "untold" => moved.verdict == Verdict::Untold,
+        "still" => !moved.moves(),
+        "lags-at-most" => moved.lags || !moved.moves(),
+        "prompt" => !moved.lags,
+        "gained" => moved.transfer == Some(true),
+        "absorbed" => moved.transfer == Some(false),
+        "not-gained" => moved.transfer != Some(true),
+        "neither" => moved.transfer.is_none(),
+        "back" => moved.fate == Some(Fate::Back),
+        "lost" => moved.fate == Some(Fate::Lost),
+        "share" => (moved.up.share - number).abs() < 0.02,
+        "bound" => moved.bound < number,
+        "delay" => found
+            .speed
+            .is_some_and(|speed| (speed.value - 1.0 / number).abs() < 2.0 * speed.error),
+        "speedless" => found.speed.is_none(),
+        _ => panic!("{expected}"),
     }
-    let found = answer_of((2048, 48), 1e-3, |n, j| {
-        let (a, b) = (n - 300.0 - 14.0 * j, n - 350.0 - 14.0 * (47.0 - j));
-        ricker(a, 12.0) + 0.6 * ricker(b, 12.0)
-    });
-    assert_eq!(found.frequency.verdict, Verdict::Unchanged);
 }
 
-/// An array that rings down from the first sample on, each site at its own phase: no quiet part goes before. A drift by itself
-/// changes nothing of a pulse.
-#[test]
-fn val_construction_transients_without_a_lead_are_not_told() {
-    let found = answer_of((2048, 32), 3e-3, |n, j| {
-        let decays = (-n / 250.0).exp();
-        decays * ((TAU * 0.03 * n + 2.0 * j).sin() + 0.1 * j * (TAU * 0.08 * n + j).sin())
-    });
-    let moved = &found.frequency;
-    let is_cut = matches!(moved.reason, Some(Reason::ShortRecord));
-    assert!(is_cut, "{moved:?}");
-    let found = answer_of((2048, 32), 1e-3, |n, j| {
-        let drift = 0.1 * (1.7 * j).sin() * n / 2048.0 + 3.0 * (0.7 * j).cos();
-        burst(n - 500.0 - 10.0 * j, 0.03, 200.0) + drift
-    });
-    let moved = &found.frequency;
-    assert!(!moved.moves(), "{moved:?}");
+/// A line and its harmonic of these amplitudes, as a burst.
+fn pair(s: f64, f: f64, length: f64, [first, second]: [f64; 2]) -> f64 {
+    first * burst(s, f, length) + second * burst(s, 2.0 * f, length)
 }
 
-/// A burst of two lines that beat, and its second harmonic that grows to a third of the energy: windows hold all beats, and the share
-/// that moves is that of the means over the first and the last four sites, 0.30. The speed is that of all of it.
-#[test]
-fn val_construction_bursts_that_beat_are_held() {
-    for level in [0.0, 1e-2] {
-        let found = answer_of((2048, 48), level, |n, j| {
-            let s = n - 300.0 - 12.0 * j;
-            let second = (1.0f64 / 3.0).sqrt() * j / 47.0;
+/// Amplitudes of a line and of its harmonic that has this share of the energy.
+fn shared(share: f64) -> [f64; 2] {
+    [(1.0 - share).sqrt(), share.sqrt()]
+}
+
+fn gauss(s: f64, f: f64, width: f64) -> f64 {
+    (-0.5 * (s / width).powi(2)).exp() * (TAU * f * s).cos()
+}
+
+/// A line of 0.058 cycles a sample and its harmonic, later by 1 / 0.42 samples a site.
+fn gauss_pair(n: f64, j: f64, [first, second]: [f64; 2]) -> f64 {
+    let s = n - 300.0 - j / 0.42;
+    first * gauss(s, 0.058, 28.0) + second * gauss(s, 0.116, 28.0)
+}
+
+/// Waves `w = c k (1 - beta k^2)` about the site 35.
+fn dispersive(n: f64, j: f64, [c, beta, carrier, width]: [f64; 4]) -> f64 {
+    let waves = (1..560).map(|i| {
+        let k = 0.005 * f64::from(i);
+        let a = (-0.5 * ((k - carrier) / width).powi(2)).exp();
+        [
+            a,
+            a * (k * (j - 35.0) - c * k * (1.0 - beta * k * k) * n).cos(),
+        ]
+    });
+    let [all, sum] = waves.fold([0.0; 2], |[all, sum], [a, wave]| [all + a, sum + wave]);
+    sum / all
+}
+
+type Motion = fn(f64, f64) -> f64;
+
+/// Name, samples and sites, levels of noise, the motion of sample and site, and what is true of the answer. Shares are means over
+/// the first and the last four sites.
+const KINDS: [(&str, (usize, usize), &[f64], Motion, &str); 25] = [
+    (
+        "a harmonic grows",
+        (4096, 56),
+        &[0.0, 5e-3, 3e-2],
+        |n, j| {
+            pair(
+                n - 875.0 - 2.604 * j,
+                0.032,
+                300.0,
+                shared(0.2 * (j / 55.0).powi(2)),
+            )
+        },
+        "up, gained, share 0.189, delay 2.604",
+    ),
+    (
+        "a harmonic of two lines that beat grows",
+        (2048, 48),
+        &[0.0, 1e-2],
+        |n, j| {
+            let (s, [first, second]) = (n - 300.0 - 12.0 * j, shared((j / 47.0).powi(2) / 3.0));
             let beats = burst(s, 0.03, 330.0) + 0.8 * burst(s, 0.0345, 330.0);
-            let beats = beats / 1.64f64.sqrt();
-            (1.0 - second * second).sqrt() * beats + second * burst(s, 0.06, 330.0)
-        });
-        let moved = &found.frequency;
-        assert_eq!(moved.verdict, Verdict::Up, "{level}: {moved:?}");
-        assert!((moved.up.share - 0.30).abs() < 0.03, "{level}: {moved:?}");
-        assert_eq!(moved.transfer, Some(true), "{level}: {moved:?}");
-        let speed = found.speed.unwrap();
-        let off = (speed.value - 1.0 / 12.0).abs();
-        assert!(off < speed.error, "{level}: {speed:?}");
-        assert!(speed.error < 3e-3, "{level}: {speed:?}");
-    }
-}
+            first * beats / 1.64f64.sqrt() + second * burst(s, 0.06, 330.0)
+        },
+        "up, gained, share 0.3, delay 12",
+    ),
+    (
+        "a harmonic grows in a short burst",
+        (1024, 40),
+        &[3e-3],
+        |n, j| {
+            pair(
+                n - 200.0 - 6.0 * j,
+                0.02,
+                85.0,
+                shared(0.3 * (j / 39.0).powi(2)),
+            )
+        },
+        "delay 6",
+    ),
+    (
+        "a harmonic grows in a short record",
+        (1024, 40),
+        &[1e-3],
+        |n, j| {
+            pair(
+                n - 300.0 - 10.0 * j,
+                0.03,
+                260.0,
+                shared(0.25 * (j / 39.0).powi(2)),
+            )
+        },
+        "up",
+    ),
+    (
+        "a harmonic grows under damping",
+        (2048, 40),
+        &[0.0],
+        |n, j| (-j / 26.0).exp() * pair(n - 300.0 - 12.0 * j, 0.03, 300.0, [1.0, j / 65.0]),
+        "up, gained",
+    ),
+    (
+        "a harmonic out of step",
+        (1200, 52),
+        &[5e-3],
+        |n, j| {
+            let part = 0.7 * (PI * j / 52.0).sin();
+            gauss_pair(n, j, [part.cos(), part.sin()])
+        },
+        "up, gained, share 0.407, back",
+    ),
+    (
+        "a harmonic rises and is absorbed",
+        (1200, 52),
+        &[5e-3],
+        |n, j| {
+            let part = 0.85 * (j / 16.0).min(1.0);
+            gauss_pair(
+                n,
+                j,
+                [part.cos(), part.sin() * (-(j - 16.0).max(0.0) / 5.0).exp()],
+            )
+        },
+        "up, gained, lost",
+    ),
+    (
+        "a line is lost beside its harmonic, under uneven gains",
+        (1200, 52),
+        &[5e-3],
+        |n, j| (1.0 + 0.2 * (7.3 * j * j).sin()) * gauss_pair(n, j, [(-1.2 * j / 52.0).exp(), 0.4]),
+        "not-gained",
+    ),
+    (
+        "the lower line is damped",
+        (2048, 40),
+        &[0.0],
+        |n, j| pair(n - 300.0 - 12.0 * j, 0.03, 300.0, [(-j / 26.0).exp(), 0.5]),
+        "up, absorbed",
+    ),
+    (
+        "the upper line is absorbed",
+        (4096, 56),
+        &[0.0],
+        |n, j| {
+            pair(
+                n - 875.0 - 2.604 * j,
+                0.032,
+                300.0,
+                [1.0, 0.5 * (-j / 28.0).exp()],
+            )
+        },
+        "down, absorbed",
+    ),
+    (
+        "absorption makes a pulse longer",
+        (2048, 48),
+        &[1e-4],
+        |n, j| {
+            let (s, b) = (TAU * (n - 500.0 - 10.0 * j), 30.0 + j);
+            b * b / (b * b + s * s) * 30.0 / b
+        },
+        "prompt, not-gained",
+    ),
+    (
+        "a wave decays and leaves what passes",
+        (4096, 64),
+        &[2e-3],
+        |n, j| {
+            let slow = (-0.32 * j).exp() * burst(n - 600.0, 0.006, 1000.0);
+            slow + 0.008 * burst(n - 620.0 - 6.0 * j, 0.012, 700.0)
+        },
+        "not-gained",
+    ),
+    (
+        "a burst",
+        (4096, 56),
+        &[5e-3],
+        |n, j| burst(n - 875.0 - 2.604 * j, 0.032, 300.0),
+        "unchanged, bound 0.005, delay 2.604",
+    ),
+    (
+        "a burst over an offset",
+        (800, 40),
+        &[1e-3],
+        |n, j| 1e6 + burst(n - 100.0 - 10.0 * j, 0.06, 60.0),
+        "unchanged, bound 0.0015",
+    ),
+    (
+        "a burst over drifts",
+        (2048, 32),
+        &[1e-3],
+        |n, j| {
+            let drift = 0.1 * (1.7 * j).sin() * n / 2048.0 + 3.0 * (0.7 * j).cos();
+            burst(n - 500.0 - 10.0 * j, 0.03, 200.0) + drift
+        },
+        "still",
+    ),
+    (
+        "a burst fades",
+        (4096, 56),
+        &[5e-3],
+        |n, j| (-j / 20.0).exp() * burst(n - 875.0 - 2.604 * j, 0.032, 300.0),
+        "unchanged, bound 0.06",
+    ),
+    (
+        "a pulse that windows cut",
+        (2000, 120),
+        &[1e-3],
+        |n, j| (-0.5 * ((j - 30.0 - 0.032 * n) / 4.9).powi(2)).exp(),
+        "unchanged, bound 0.1",
+    ),
+    (
+        "a pulse that comes back",
+        (2048, 60),
+        &[1e-3],
+        |n, j| {
+            ricker(n - 200.0 - 14.0 * j, 12.0) - 0.8 * ricker(n - 200.0 - 14.0 * (118.0 - j), 12.0)
+        },
+        "unchanged, delay 14",
+    ),
+    (
+        "a pulse before a fixed end",
+        (4096, 64),
+        &[2e-3],
+        |n, j| {
+            let passed = |i: i32| {
+                if i % 2 == 0 {
+                    f64::from(i) * 63.0 + j
+                } else {
+                    f64::from(i + 1) * 63.0 - j
+                }
+            };
+            let pulse = |i: i32| (-0.9f64).powi(i) * ricker(n - 500.0 - 4.17 * passed(i), 30.0);
+            (0..30).map(pulse).sum()
+        },
+        "still",
+    ),
+    (
+        "pulses of one shape from both ends",
+        (2048, 48),
+        &[1e-3],
+        |n, j| {
+            ricker(n - 300.0 - 14.0 * j, 12.0) + 0.6 * ricker(n - 350.0 - 14.0 * (47.0 - j), 12.0)
+        },
+        "unchanged",
+    ),
+    (
+        "bursts of two frequencies from both ends",
+        (2048, 48),
+        &[0.0, 3e-3],
+        |n, j| {
+            burst(n - 300.0 - 14.0 * j, 0.02, 250.0)
+                + burst(n - 350.0 - 14.0 * (47.0 - j), 0.05, 250.0)
+        },
+        "untold, speedless",
+    ),
+    (
+        "a slow wave falls behind a fast one",
+        (3600, 52),
+        &[4e-3],
+        |n, j| {
+            gauss(n - 200.0 - 5.0 * j, 0.095, 9.0) + 1.2 * gauss(n - 200.0 - 10.0 * j, 0.04, 13.0)
+        },
+        "lags-at-most, neither",
+    ),
+    (
+        "a dispersive pulse outlasts the record",
+        (1024, 300),
+        &[1e-4],
+        |n, j| dispersive(n, j, [0.234, 0.054, 0.8, 0.6]),
+        "lags-at-most, neither",
+    ),
+    (
+        "an array rings down from the start",
+        (2048, 32),
+        &[3e-3],
+        |n, j| {
+            (-n / 250.0).exp()
+                * ((TAU * 0.03 * n + 2.0 * j).sin() + 0.1 * j * (TAU * 0.08 * n + j).sin())
+        },
+        "untold",
+    ),
+    (
+        "a standing tone",
+        (2048, 60),
+        &[1e-3],
+        |n, j| (TAU * 0.04395 * n).cos() * (TAU * j / 15.0 + 0.4).cos(),
+        "unchanged, bound 0.01",
+    ),
+];
 
-/// A short burst whose harmonic interferes with it: its centroid shifts by a part of a period, which the interval of the speed says.
 #[test]
-fn val_construction_speeds_of_short_bursts_hold() {
-    for cycles in [1.3, 1.7, 2.2] {
-        let found = answer_of((1024, 40), 3e-3, |n, j| {
-            let s = n - 200.0 - 6.0 * j;
-            let second = 0.3f64.sqrt() * j / 39.0;
-            let length = cycles / 0.02;
-            (1.0 - second * second).sqrt() * burst(s, 0.02, length)
-                + second * burst(s, 0.04, length)
-        });
-        let speed = found.speed.unwrap();
-        let off = (speed.value * 6.0 - 1.0).abs();
-        assert!(off < 6.0 * speed.error, "{cycles}: {speed:?}");
-        assert!(6.0 * speed.error < 0.2, "{cycles}: {speed:?}");
-    }
-}
-
-/// What comes back falls into windows of twice the length near the far end; the speed is that of the way there.
-#[test]
-fn val_construction_reflections_do_not_slow_the_front() {
-    let found = answer_of((2048, 60), 1e-3, |n, j| {
-        let (a, b) = (n - 200.0 - 14.0 * j, n - 200.0 - 14.0 * (118.0 - j));
-        ricker(a, 12.0) - 0.8 * ricker(b, 12.0)
-    });
-    let speed = found.speed.unwrap();
-    assert!((speed.value * 14.0 - 1.0).abs() < 1e-3, "{speed:?}");
-    assert_eq!(found.frequency.verdict, Verdict::Unchanged);
-}
-
-/// A second harmonic that grows while all is damped, to 5 % of the energy at first: energy is gained there all the same. Of two lines, the
-/// lower of which is damped, none is gained.
-#[test]
-fn val_construction_growth_under_damping_is_a_transfer() {
-    let of = |grows: bool| {
-        answer_of((2048, 40), 0.0, |n, j| {
-            let (s, x) = (n - 300.0 - 12.0 * j, j / 39.0);
-            let damped = (-1.5 * x).exp();
-            match grows {
-                true => damped * (burst(s, 0.03, 300.0) + 0.6 * x * burst(s, 0.06, 300.0)),
-                false => damped * burst(s, 0.03, 300.0) + 0.5 * burst(s, 0.06, 300.0),
+fn val_construction_kinds_of_fields_and_what_is_said_of_them() {
+    for (name, shape, levels, of, expected) in KINDS {
+        for level in levels {
+            let found = answer_of(shape, *level, of);
+            for word in expected.split(", ") {
+                let said = (&found.frequency, &found.speed);
+                assert!(holds(word, &found), "{name}, {level}: no {word}: {said:?}");
             }
-        })
-    };
-    let moved = of(true).frequency;
-    assert_eq!(moved.verdict, Verdict::Up, "{moved:?}");
-    assert_eq!(moved.transfer, Some(true), "{moved:?}");
-    let moved = of(false).frequency;
-    assert_eq!(moved.verdict, Verdict::Up, "{moved:?}");
-    assert_eq!(moved.transfer, Some(false), "{moved:?}");
+        }
+    }
 }
 
-/// A pulse whose record ends soon behind it, so that ten of its widths fit nowhere: shorter windows hold it.
-#[test]
-fn val_construction_short_records_have_short_windows() {
-    let found = answer_of((1024, 40), 1e-3, |n, j| {
-        let s = n - 300.0 - 10.0 * j;
-        let second = 0.25f64.sqrt() * j / 39.0;
-        (1.0 - second * second).sqrt() * burst(s, 0.03, 260.0) + second * burst(s, 0.06, 260.0)
-    });
-    let moved = &found.frequency;
-    assert_eq!(moved.verdict, Verdict::Up, "{moved:?}");
-    let [first, last] = moved.to.unwrap().rows;
-    let by = 0.25 * (0.5 * (first + last) as f64 / 39.0).powi(2);
-    assert!((moved.up.share - by).abs() < 2e-3, "{by} {moved:?}");
-    assert!(last >= 35, "{moved:?}");
-}
-
-/// Noise at twelve sites that follow each other in nothing, white and of slow frequencies: at most one of 40 fields moves. White
-/// noise and offsets do not fold.
+/// Noise at twelve sites that follow each other in nothing, white and of slow frequencies: at most one of 40 fields moves, and none has
+/// a direction.
 #[test]
 fn val_noise_moves_nothing() {
     let white = noise(1500, 40 * 12);
@@ -201,10 +401,8 @@ fn val_noise_moves_nothing() {
             let analysis = analysis_of(values.clone());
             let moved = &analysis.answer.as_ref().unwrap().frequency;
             *slow += usize::from(moved.moves());
-            if k < 5 {
-                let is_noise = matches!(analysis.undirected, Some(Reason::Noise { .. }));
-                assert!(is_noise, "{k}: {:?}", analysis.undirected);
-            }
+            let is_noise = matches!(analysis.undirected, Some(Reason::Noise { .. }));
+            assert!(is_noise || k >= 5, "{k}: {:?}", analysis.undirected);
             for n in 1..1500 {
                 for j in 0..12 {
                     values[[n, j]] += 0.8 * values[[n - 1, j]];
@@ -213,13 +411,44 @@ fn val_noise_moves_nothing() {
         }
     }
     assert!(moves[0] <= 1 && moves[1] <= 3, "{moves:?}");
-    let noise = noise(1024, 32);
-    let tone = |(n, j): (usize, usize)| {
-        let wave = (TAU * (0.07 * n as f64 - 0.11 * j as f64)).cos();
-        wave + 0.01 * noise[[n, j]] + 20.0 * noise[[3, j]]
-    };
-    let found = analysis_of(Array2::from_shape_fn((1024, 32), tone));
-    assert_eq!(found.undirected, None);
+}
+
+/// A wave towards +x in noise of three quarters of the energy and more: noise goes both ways, and counts for neither.
+#[test]
+fn val_construction_noise_has_no_direction() {
+    let noise = noise(4096, 56);
+    for level in [0.05, 0.1, 0.2] {
+        let scan = |(n, j): (usize, usize)| {
+            burst(n as f64 - 900.0 - 2.6 * j as f64, 0.032, 300.0) + level * noise[[n, j]]
+        };
+        let analysis = analysis_of(Array2::from_shape_fn((4096, 56), scan));
+        let all = analysis.direction.unwrap();
+        let waves = analysis.direction_of_waves().unwrap();
+        assert!(all.toward_minus_x > 0.04, "{level}: {all:?}");
+        assert!(waves.toward_plus_x > 0.95, "{level}: {waves:?}");
+    }
+}
+
+/// What is said of the front in a short chain is what is said of it in a long one, or nothing: its launch is no move.
+#[test]
+fn val_identity_short_chains_say_what_long_ones_do() {
+    for ratio in [1.0, 2.398, 4.9272, 8.04, 14.622, 100.0] {
+        let of = |sites: usize| {
+            let text = format!(
+                "sites = {sites}\nstiffness_ratio = {ratio}\nend_time = {}\nsamples = 1024\ntolerance = 1e-7",
+                sites + 6
+            );
+            let [_, known] = answers_of_scene(&text);
+            known.frequency.verdict
+        };
+        let long = of(100);
+        assert_eq!(long == Verdict::Unchanged, ratio != 2.398, "{ratio}");
+        for sites in [8, 10, 12, 16, 20, 24, 26, 30, 36, 40, 60, 80] {
+            let short = of(sites);
+            let is_same = short == Verdict::Untold || short == long;
+            assert!(is_same, "{ratio}, {sites}: {short:?} {long:?}");
+        }
+    }
 }
 
 /// Masses and coefficients that change threefold along a chain reflect next to nothing (1e-3 of the energy that has passed, by the
@@ -342,21 +571,6 @@ fn val_armstrong_a_growing_harmonic_moves_up_unless_it_folds() {
     );
 }
 
-/// A Lorentzian pulse whose spectrum `exp(-b f)` absorption narrows by `exp(-x f)` becomes a longer one in closed form: what it loses
-/// does not lag behind.
-#[test]
-fn val_theory_an_absorbed_pulse_does_not_lag() {
-    for (b, rate) in [(30.0, 1.0), (40.0, 2.0), (20.0, 0.5)] {
-        let found = answer_of((2048, 48), 1e-4, |n, j| {
-            let (s, b) = (TAU * (n - 500.0 - 10.0 * j), b + rate * j);
-            b * b / (b * b + s * s) * 30.0 / b
-        });
-        let moved = &found.frequency;
-        assert!(!moved.lags, "{b} {rate}: {moved:?}");
-        assert_ne!(moved.transfer, Some(true), "{b} {rate}: {moved:?}");
-    }
-}
-
 /// A burst whose second harmonic grows to two fifths of its energy, in noise that hides when it arrives: what is said not to move is
 /// more than moves, or nothing is said.
 #[test]
@@ -391,39 +605,4 @@ fn val_identity_chains_that_keep_their_wavenumbers_transfer_nothing() {
     let moved = known.frequency;
     assert!(moved.lags || !moved.moves(), "{moved:?}");
     assert_eq!(moved.transfer, None, "{moved:?}");
-}
-
-/// Of a burst in noise above a hundredth of its amplitude the first sample above that is none of the wave: no share is that of a front.
-#[test]
-fn val_construction_noise_ahead_of_a_burst_is_no_front() {
-    let noise = noise(2048, 48);
-    let of = |level: f64| {
-        analysis_of(Array2::from_shape_fn((2048, 48), |(n, j)| {
-            let at = n as f64 - 500.0 - 9.0 * j as f64;
-            burst(at, 0.03, 300.0) + level * noise[[n, j]]
-        }))
-    };
-    for level in [0.005, 0.01, 0.02] {
-        let front = of(level).front.unwrap();
-        assert!(
-            front.high_share.iter().all(|share| share.is_nan()),
-            "{level}"
-        );
-    }
-    let front = of(1e-5).front.unwrap();
-    assert!(front.high_share[20].is_finite());
-}
-
-/// What sensors add to all samples is no motion: a burst over an offset a million times as large is told as without it.
-#[test]
-fn val_symmetry_an_offset_changes_nothing() {
-    let [plain, offset] = [0.0, 1e6].map(|offset| {
-        let found = answer_of((800, 40), 1e-3, |n, j| {
-            offset + burst(n - 100.0 - 10.0 * j, 0.06, 60.0)
-        });
-        found.frequency
-    });
-    assert_eq!(plain.verdict, Verdict::Unchanged, "{plain:?}");
-    assert_eq!(offset.verdict, plain.verdict, "{offset:?}");
-    assert!(plain.bound < 1.5e-3 && offset.bound < 1.5e-3, "{offset:?}");
 }

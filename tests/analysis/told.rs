@@ -4,12 +4,11 @@
 use std::f64::consts::TAU;
 
 use ndarray::Array2;
-use test_support::contains_all;
 use test_support::fields::{Congruential, noise};
 use wavecascade::analyze::Warning;
 use wavecascade::moved::{Reason, Verdict};
 
-use crate::moved_kinds::{analysis_of, answer_of, burst, ricker};
+use crate::moved_kinds::{analysis_of, answer_of, burst};
 
 /// Waves of many frequencies about `middle` that pass a site by `delay` samples, of one variance.
 fn steady(seed: u64, (times, sites): (usize, usize), middle: f64, delay: f64) -> Array2<f64> {
@@ -63,25 +62,6 @@ fn val_theory_group_delays_tell_a_speed_where_arrivals_scatter() {
         }
     }
     assert!(told >= 17, "{told}");
-}
-
-/// Two pulses of one shape that run through one another: the windows of all sites hold both, and neither is said to move.
-#[test]
-fn val_identity_equal_pulses_are_not_said_to_differ() {
-    for (width, slow, part) in [
-        (22.0, 7.35, 0.63),
-        (13.4, 4.46, 0.54),
-        (19.9, 6.62, 0.93),
-        (12.0, 4.0, 0.38),
-    ] {
-        let found = answer_of((2048, 30), 1e-3, |n, j| {
-            let start = n - 12.0 * width;
-            ricker(start - slow * j, width) + part * ricker(start - slow * (29.0 - j), width)
-        });
-        let moved = &found.frequency;
-        assert!(!moved.moves(), "{width}: {moved:?}");
-        assert_eq!(found.speed, None, "{width}");
-    }
 }
 
 /// Dead sites, and a gain of 6 for half of the record, spread energy over all wavenumbers: nothing folds, and most of the energy still
@@ -231,19 +211,4 @@ fn val_theory_what_becomes_longer_than_the_array_is_not_lost() {
     });
     let moved = &found.wavenumber;
     assert_ne!(moved.transfer, Some(false), "{moved:?}");
-}
-
-/// A coordinate that is off by less than a ten-thousandth of a step is off by that, not by "-0".
-#[test]
-fn val_identity_small_jitter_is_said_as_it_is() {
-    use wavecascade::field::{Jitter, Note};
-    for (share, said) in [(-3.14e-5, "-3.1e-5"), (0.0123, "0.012")] {
-        let jitter = Jitter { share, index: 3 };
-        let message = Note::Jitter {
-            axis: "time",
-            jitter,
-        }
-        .message();
-        contains_all(&message, &[&format!("deviates by {said} of a step")]);
-    }
 }

@@ -115,36 +115,3 @@ fn regress_tolerances_are_judged_by_the_worst() {
     );
     assert!(designed.judged[1] < designed.judged[0]);
 }
-
-#[test]
-fn what_cannot_be_designed_is_refused() {
-    let free = |free: &str| DesignRequest::least(Aim::PeakForceLast, [free]);
-    let text = uniform(5);
-    for (request, part) in [
-        (free("coefficients[]"), "bounds of coefficients[0]"),
-        (free("masses[]=1..2"), "a list of masses"),
-        (free("coefficients[0]=2..3"), "hold the scene's"),
-        (free("coefficients[0]=1|x"), "bars between"),
-        (free("coefficient[0]=1..2"), "`coefficients`?"),
-        (
-            DesignRequest {
-                tolerances: vec!["angle=2".into()],
-                ..free("coefficients[0]=0.5..2")
-            },
-            "SPREAD",
-        ),
-    ] {
-        let error = request.run(&scene(&text), &Silent).unwrap_err().to_string();
-        assert!(error.contains(part), "{part}: {error}");
-    }
-    let early = text.replace("end_time = 40.0", "end_time = 1.0");
-    let error = free("coefficients[0]=0.5..2")
-        .run(&scene(&early), &Silent)
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains("end_time"), "{error}");
-    let error = Aim::parse("peak_force").unwrap_err();
-    assert!(error.contains("peak_force_last"));
-    let error = Limit::parse("total_mass").unwrap_err().to_string();
-    assert!(error.contains("MEASURE=VALUE"));
-}

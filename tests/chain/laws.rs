@@ -371,46 +371,6 @@ fn scenes_name_laws() {
     assert_eq!((own.of(5), own.of(4) == &Law::Hertz), (&Law::Hertz, false));
 }
 
-#[test]
-fn scenes_say_what_is_wrong_with_a_law() {
-    for (text, expected) in [
-        ("law = \"herz\"", "herz"),
-        ("law = \"d + q*d^3\"", "`q` at character 5"),
-        ("law = \"1 + d\"", "that is 0"),
-        ("law = \"power\"", "the exponent of the law"),
-        ("law = \"power\"\nexponent = 0.5", "1 or more"),
-        ("law = \"toda -1\"", "above 0"),
-        ("law = \"table 0 0\"", "two rows or more"),
-        ("law = \"table 0 0, 1\"", "as in `table"),
-        ("law = \"table 0 0, 2 1, 1 2\"", "grow"),
-        ("law = \"table 1 0, 2 1\"", "at the overlap 0"),
-        ("law = \"one-sided d^3 - d\"", "grows from 0 on"),
-        ("law = \"hertz\"\nalpha = 0.2", "`spring`"),
-        ("law = \"hertz\"\nlaws = [\"hertz\"]", "one key"),
-        (
-            "law = \"spring alpha=0.25\"\nalpha = 0.3",
-            "a formula that uses it",
-        ),
-        (
-            "law = \"d - alpha*d^2; alpha = 0.25\"\nalpha = 0.3",
-            "a formula that uses it",
-        ),
-        ("laws = []", "at least one value"),
-        ("laws = [\"hertz\", \"d +\"]", "laws[1]"),
-        (
-            "law = \"polynomial 1 0 -0.3\"\nprecompression = 0.8",
-            "can carry",
-        ),
-        (
-            "law = \"hertz\"\n[[defect]]\nsite = 2\nlaw = \"hertz\"\nfactor = 1.0",
-            "`contact`",
-        ),
-    ] {
-        let error = setup(text).unwrap_err().to_string();
-        assert!(error.contains(expected), "{text}: {error}");
-    }
-}
-
 /// A measured law in a table beside the scene, in units of the laboratory; the run holds its values and no file's name.
 #[test]
 fn a_run_names_no_files() {

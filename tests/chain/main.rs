@@ -12,7 +12,6 @@ mod many;
 mod on_site;
 mod peaks;
 mod presets;
-mod reference;
 mod resonators;
 mod scale;
 mod scene;

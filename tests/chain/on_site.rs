@@ -141,25 +141,3 @@ fn an_unstable_chain_has_no_modes() {
     let error = setup(text).unwrap().chain.normal_modes().unwrap_err();
     assert!(error.to_string().contains("stable at rest"), "{error}");
 }
-
-#[test]
-fn scenes_say_what_is_wrong_with_the_ground() {
-    for (text, expected) in [
-        ("gravity = -1.0", "0 or more"),
-        (
-            "gravity = 1.0\nends = \"free\"",
-            "a wall after the last site",
-        ),
-        ("ground_law = \"d\"", "`ground_cell`"),
-        ("ground_cell = []", "at least one value"),
-        ("ground_cell = [-1.0]", "ground_cell[0]"),
-        (
-            "ground_cell = [1.0]\nscheme = \"nystrom\"",
-            "springs to the ground",
-        ),
-        ("ground_cell = [1.0]\nground_law = \"d +\"", "ground_law"),
-    ] {
-        let error = setup(&format!("sites = 12\nend_time = 5.0\n{text}")).unwrap_err();
-        assert!(error.contains(expected), "{text}: {error}");
-    }
-}

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use test_support::fields::fixed;
-use wavecascade::chain::scene::{Kind, SceneSource, Setting, Setup, Units, properties, template};
+use wavecascade::chain::scene::{SceneSource, Setting, Setup, Units, properties, template};
 use wavecascade::chain::{Accuracy, EndTime, Ends, Law, Record, Scheme};
 
 fn setup(text: &str) -> Setup {
@@ -201,32 +201,4 @@ fn patterns_follow_one_another() {
     assert_eq!(random, again);
     assert!(random.mass != other.mass && random.mass != random.coefficient);
     assert!(random.mass.iter().all(|m| (0.9..1.1).contains(m)));
-}
-
-#[test]
-fn every_field_says_what_it_is() {
-    for property in properties() {
-        let name = &property.name;
-        assert!(!property.description.is_empty(), "{name}");
-        assert!(!property.group.is_empty(), "{name}");
-        assert!(
-            property.default.is_some() || property.example.is_some(),
-            "{name}"
-        );
-        if let Kind::Choice(choices) | Kind::Choices(choices) = &property.kind {
-            assert!(choices.len() >= 2, "{name}");
-        }
-    }
-    let kind = |name: &str| {
-        properties()
-            .iter()
-            .find(|p| p.name == name)
-            .map(|p| &p.kind)
-    };
-    assert!(matches!(kind("record"), Some(Kind::Choices(_))));
-    assert!(matches!(kind("scheme"), Some(Kind::Choice(all)) if all.len() == 5));
-    assert!(matches!(kind("defect"), Some(Kind::Tables)));
-    assert!(matches!(kind("sites"), Some(Kind::Whole)));
-    assert!(matches!(kind("radius"), Some(Kind::Measure { .. })));
-    assert!(matches!(kind("masses"), Some(Kind::Numbers)));
 }

@@ -67,60 +67,6 @@ fn every_fault_is_named_with_file_line_and_key() {
 }
 
 #[test]
-fn a_fault_of_an_option_is_named_by_the_option() {
-    let place = tempfile::tempdir().unwrap();
-    fs::write(
-        place.path().join("scene.toml"),
-        "sites = 8\nstiffness_ratio = 2.0\n",
-    )
-    .unwrap();
-    for (words, expected) in [
-        (
-            &["--stiffness-ratio", "0.5"][..],
-            "--stiffness-ratio: expected a finite number of 1 or more",
-        ),
-        (&["--sites", "x"], "--sites: expected a whole number"),
-        (
-            &["--coefficient-cell", "1,2"],
-            "--coefficient-cell: expected one key",
-        ),
-        (
-            &["--defect", "site=7"],
-            "--defect: expected a factor or a value",
-        ),
-        (&["--defect", "site"], "--defect: expected a table"),
-        (&["--record", "force,heat"], "--record: expected"),
-        (
-            &[
-                "--scheme",
-                "symplectic-4",
-                "--step",
-                "0.1",
-                "--tolerance",
-                "1e-3",
-            ],
-            "--step: ",
-        ),
-    ] {
-        let mut all = vec!["scene.toml", "--end-time", "3"];
-        all.extend(words);
-        let output = simulate(place.path(), &all);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{words:?}: {said}");
-        assert!(
-            said.starts_with(&format!("error: {expected}")),
-            "{words:?}: {said}"
-        );
-    }
-    // Without a file, what is missing is an option.
-    let said = String::from_utf8(simulate(place.path(), &[]).stderr).unwrap();
-    assert!(
-        said.starts_with("error: --sites: expected the number of sites"),
-        "{said}"
-    );
-}
-
-#[test]
 fn files_that_are_no_scenes_are_refused() {
     let place = tempfile::tempdir().unwrap();
     let write = |name: &str, bytes: &[u8]| fs::write(place.path().join(name), bytes).unwrap();

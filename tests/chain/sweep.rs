@@ -316,48 +316,6 @@ fn members_at_fault() {
     assert!(table(&out).lines().nth(2).unwrap().starts_with("9.0,,,"));
 }
 
-/// Killed at any moment, the program goes on to the identical table.
-#[test]
-#[cfg(feature = "cli")]
-fn regress_killed_ten_times() {
-    use std::process::{Command, Stdio};
-
-    let place = tempfile::tempdir().unwrap();
-    let scene = place.path().join("scene.toml");
-    std::fs::write(&scene, SCENE).unwrap();
-    let command = |out: &Path| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_cascade"));
-        command
-            .arg("sweep")
-            .arg(&scene)
-            .args(["--vary", "stiffness_ratio=1:120:150log"]);
-        command.args(["--threads", "2", "--out"]).arg(out);
-        command.stdout(Stdio::null()).stderr(Stdio::null());
-        command
-    };
-    let (whole, killed) = (place.path().join("whole"), place.path().join("killed"));
-    assert!(command(&whole).status().unwrap().success());
-    let known = || {
-        let text = std::fs::read(killed.join("members.jsonl"));
-        let text = text.unwrap_or_default();
-        text.iter().filter(|byte| **byte == b'\n').count()
-    };
-    let mut kept = 0;
-    for _ in 0..10 {
-        let mut child = command(&killed).spawn().unwrap();
-        // As soon as it has computed something more.
-        while known() == kept && child.try_wait().unwrap().is_none() {
-            std::thread::yield_now();
-        }
-        child.kill().unwrap();
-        child.wait().unwrap();
-        assert!(known() >= kept, "what was computed is kept");
-        kept = known();
-    }
-    assert!(command(&killed).status().unwrap().success());
-    assert_eq!(table(&killed), table(&whole));
-}
-
 /// Ensembles over seeds: the same whatever the order of the work, and the quantiles of NumPy.
 #[test]
 fn val_numpy_ensembles() {

@@ -3,10 +3,8 @@
 use std::collections::BTreeSet;
 use std::fs;
 
-use ndarray::Array2;
 use serde_json::{Value, json};
 use test_support::contains_all;
-use test_support::made::in_one_line;
 use test_support::place::{Place, names, set, text};
 use test_support::pulse;
 
@@ -108,15 +106,6 @@ fn figures_are_those_asked_for() {
     let paper = drawn("--style paper --figure-size 8.6x7cm --db 40");
     contains_all(&paper, &["width=\"86.00mm\" height=\"70.00mm\"", "dB re"]);
     assert!(drawn("--colormap gray") != drawn(""));
-    for (options, named) in [
-        ("--figures none,png", "--figures"),
-        ("--figures none --style paper", "--style"),
-        ("--figures svg --dpi 300", "png"),
-        ("--figure-size wide", "86x60mm"),
-        ("--db 40 --decades 4", "--decades"),
-    ] {
-        place.refuses_for(2, &format!("{base} {options}"), named);
-    }
 }
 
 #[test]
@@ -202,15 +191,6 @@ fn pictures_end_where_they_are_told_and_say_what_they_leave_out() {
         place.array::<f64>("wave-cascade/spectra.npz", "spacetime_spectrum")
     });
     assert_eq!(part, whole);
-    place.save("bare.npy", &pulse::wave(32, 8));
-    for (line, named) in [
-        ("wave.npy --show-frequency 60Hz", "0:50"),
-        ("wave.npy --show-time all --figures none", "--figures"),
-        ("wave.npy --show-frequency 9 --only flux", "--only"),
-        ("bare.npy --show-frequency 2kHz", "no unit"),
-    ] {
-        place.refuses_for(2, &format!("analyze {line} --force"), named);
-    }
 }
 
 /// Cells within six decades of the largest reach over half of both axes.
@@ -259,48 +239,4 @@ fn regress_what_is_left_open_is_named_with_commands_that_run() {
     let said = pulse::place().says("analyze wave.npy --figures none --verbose");
     assert!(said.contains("repeated"), "{said}");
     assert!(!said.contains("coherence wave.npy"), "{said}");
-}
-
-/// A pulse of 8 samples a site: its speed in the units that the axes have.
-#[test]
-fn val_theory_speeds_have_the_units_of_the_axes() {
-    let place = Place::new();
-    let field = Array2::from_shape_fn((1024, 32), |(i, j)| {
-        let s = (i as f64 - 200.0 - 8.0 * j as f64) / 15.0;
-        (1.0 - s * s) * (-0.5 * s * s).exp()
-    });
-    place.save("pulse.npy", &field);
-    for (options, speed, unit) in [
-        ("", 0.125, "site/sample"),
-        ("--dx 10mm", 0.00125, "m/sample"),
-        ("--dt 10us", 12500.0, "site/s"),
-        ("--dx 10mm --dt 10us", 125.0, "m/s"),
-        ("--dx 0.5 --rate 2", 0.125, "unit of length/unit of time"),
-    ] {
-        let said = place.says(&format!(
-            "analyze pulse.npy --figures none --force {options}"
-        ));
-        let said = in_one_line(&said);
-        let told = said.split("arrivals at ").nth(1).unwrap_or_default();
-        let found: f64 = told.split(' ').next().unwrap().parse().unwrap_or(f64::NAN);
-        assert!((found / speed - 1.0).abs() < 2e-3, "{options}: {said}");
-        let words: Vec<&str> = told.split(' ').skip(3).collect();
-        assert!(words.join(" ").starts_with(unit), "{options}: {said}");
-    }
-}
-
-/// Noise exceeds a hundredth of the largest sample at once: that is no arrival.
-#[test]
-fn regress_noise_is_no_arrival() {
-    let place = Place::new();
-    place.save("noise.npy", &test_support::fields::noise(1024, 20));
-    place.refuses_for(2, "analyze noise.npy --until-arrival", "arrival");
-    let quiet = Array2::from_shape_fn((1024, 20), |(i, j)| {
-        let s = (i as f64 - 300.0 - 8.0 * j as f64) / 15.0;
-        let hum = 0.02 * (1.7 * (i * (j + 3)) as f64).sin();
-        (-0.5 * s * s).exp() + hum * (i as f64 / 40.0).min(1.0)
-    });
-    place.save("hum.npy", &quiet);
-    place.refuses_for(2, "analyze hum.npy --until-arrival", "--arrival-threshold");
-    place.says("analyze hum.npy --until-arrival --arrival-threshold 0.3 --figures none");
 }

@@ -3,8 +3,6 @@
 use std::fs;
 use std::process::{Command, Stdio};
 
-use ndarray::{Array2, s};
-use ndarray_npy::write_npy;
 use serde_json::{Value, json as value};
 use test_support::contains_all;
 use test_support::place::Place;
@@ -156,46 +154,6 @@ fn regress_a_measured_field_over_its_own_chain() {
     drawn(&place, "kept/attenuation", &FIELD_CHARTS);
 }
 
-/// Sites that move so from the first sample on have no arrival, one that stays has no largest
-/// velocity, which is said.
-#[test]
-fn sites_without_a_largest_velocity_or_an_arrival_are_named() {
-    let place = Place::new();
-    // Half of the largest velocity is 7 samples before it, for the first two sites before the record.
-    let field = Array2::from_shape_fn((64, 8), |(n, j)| {
-        (-0.5 * ((n as f64 - 4.0 - 3.0 * j as f64) / 6.0).powi(2)).exp()
-    });
-    write_npy(place.path("late.npy"), &field).unwrap();
-    write_npy(place.path("wall.npy"), &field.slice(s![.., ..2])).unwrap();
-    let mut still = field.slice(s![.., 2..]).to_owned();
-    still.slice_mut(s![.., 3]).fill(0.0);
-    write_npy(place.path("still.npy"), &still).unwrap();
-    for (words, count, warning) in [
-        (
-            "attenuate --ratios 2.4 --bodies 5 --sense chain --measured still.npy --measured-field",
-            4,
-            "no measured largest velocity to compare at 3.000 (1 in all) -> where the record",
-        ),
-        (
-            "attenuate --ratios 2.4 --bodies 7 --sense chain --measured late.npy --measured-field",
-            6,
-            "no measured arrival to compare at 0, 1.000 (2 in all) -> what moves from the first sample on",
-        ),
-        (
-            "attenuate --sites 9 --against stiffness_ratio=2.2,2.6 --no-extremes --measured 2.4=wall.npy",
-            0,
-            "no measured arrival to compare at 2.400 (1 in all) -> what moves from the first sample on",
-        ),
-    ] {
-        contains_all(&place.says(words), &[&format!("warning: {warning}")]);
-        let found = place.says_json(&format!("{words} --json --quiet"));
-        let compared = |key: &str| found[key].as_array().unwrap().len();
-        assert_eq!(compared("measured_arrivals"), count);
-        let without = compared("measured_without_arrival");
-        assert_eq!(compared("measured"), count + without);
-    }
-}
-
 /// The same for the last body before a wall.
 #[test]
 fn regress_a_measured_field_at_a_wall() {
@@ -218,50 +176,7 @@ fn regress_a_measured_field_at_a_wall() {
     drawn(&place, "kept/transmission", &FIELD_CHARTS);
 }
 
-#[test]
-fn what_is_typed_wrong_ends_with_code_2_and_says_what() {
-    let place = Place::new();
-    place.write("bad.csv", "1,2\nx,y\n");
-    place.write("notes.txt", "");
-    place.write("field.npz", b"PK\xff\xfe");
-    fs::create_dir(place.path("full")).unwrap();
-    place.write("full/thesis.tex", "");
-    for (words, code, named) in [
-        ("", 2, "--angles"),
-        ("--ratios 0.5", 2, "--ratios"),
-        ("--angles 8,x", 2, "--angles"),
-        ("--angles 8", 2, "material"),
-        ("--ratios 2 --bodies 1", 2, "--bodies"),
-        ("--ratios 2 --target -1", 2, "--target"),
-        ("--ratios 2 --out full", 2, "full"),
-        ("--ratios 2 --out notes.txt", 2, "notes.txt"),
-        ("--ratios 2 --measured bad.csv", 1, "bad.csv: line 2"),
-        ("--ratios 2 --measured none.csv", 1, "none.csv"),
-        (
-            "--ratios 2 --measured field.npz",
-            1,
-            "field.npz: line 1: expected a text table",
-        ),
-        ("none.toml", 1, "none.toml"),
-        ("--ratios 2 --sites 9", 2, "--sites"),
-        ("--ratios 2 --bodies 18446744073709551615", 2, "--bodies"),
-        ("--ratios 2 --ends free", 2, "a wall"),
-        ("--sites 9 --against ends=wall,free", 2, "--against"),
-        ("--against stiffness_ratio=1:4:3", 2, "sites"),
-        ("--sites 9 --against angle --vary x", 2, "--vary"),
-    ] {
-        let words = ["attenuate"].into_iter().chain(words.split_whitespace());
-        let words: Vec<&str> = words.collect();
-        let output = place.run(&words);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(code), "{words:?}: {said}");
-        assert!(said.contains(named), "{words:?}: {said}");
-        assert!(output.stdout.is_empty());
-    }
-    assert_eq!(place.names().len(), 4, "nothing was written");
-}
-
-/// Killed at any moment, both kinds of curves go on to the identical table; `CASCADE_KILLS` requests more
+/// Killed at any moment, both kinds of curves and sweeps go on to the identical table; `CASCADE_KILLS` requests more
 /// kills than ten.
 #[test]
 fn regress_killed_ten_times() {
@@ -270,7 +185,12 @@ fn regress_killed_ten_times() {
     let place = Place::new();
     let key = "attenuate --sites 31 --against stiffness_ratio=1:30:60log";
     let length = "attenuate --ratios 1.5,2,2.5,3,4,5,6,7 --bodies 40";
-    for (name, words) in [("key", key), ("length", length)] {
+    let sweep = "sweep --sites 12 --end-time 20 --samples 240 --vary stiffness_ratio=1:120:150log";
+    for (name, words, table) in [
+        ("key", key, "curves.csv"),
+        ("length", length, "curves.csv"),
+        ("sweep", sweep, "table.csv"),
+    ] {
         let command = |out: &str| {
             let mut command = Command::new(env!("CARGO_BIN_EXE_cascade"));
             command
@@ -302,7 +222,7 @@ fn regress_killed_ten_times() {
         }
         assert!(midway > 0, "{name}: no kill hit the work");
         assert!(command("killed").status().unwrap().success());
-        let table = |out| of(out, "curves.csv").unwrap();
+        let table = |out| of(out, table).unwrap();
         assert_eq!(table("killed"), table("whole"));
         let numbers = |out| {
             let mut all = json(&String::from_utf8(of(out, "summary.json").unwrap()).unwrap());

@@ -1,12 +1,9 @@
 //! `cascade budget` and `compare`, and what `cascade analyze` says of them, as a stranger meets them.
 
-use std::fs;
-
 use ndarray::Ix2;
 use serde_json::Value;
 use test_support::contains_all;
 use test_support::place::{Place, names, set};
-use wavecascade_formats::{Container, Format, Options};
 
 /// With a localized and a dispersive run in it.
 fn with_runs() -> Place {
@@ -18,12 +15,6 @@ fn with_runs() -> Place {
         ));
     }
     place
-}
-
-fn container(place: &Place, name: &str) -> Container {
-    let bytes = fs::read(place.path(name)).unwrap();
-    let format = Format::detect(name, &bytes).unwrap();
-    wavecascade_formats::open(format, std::sync::Arc::new(bytes), &Options::default()).unwrap()
 }
 
 fn summary_in(place: &Place, name: &str) -> Value {
@@ -138,54 +129,6 @@ fn a_run_to_its_budgets() {
     }
 }
 
-/// Every array of the archive is in the NetCDF file, bit for bit, with coordinates, and the script reads it.
-#[test]
-fn regress_budgets_are_the_same_in_both_formats() {
-    let place = with_runs();
-    let base = "budget dis.npz --from-samples --figures none --quiet";
-    place.says(&format!("{base} --out zip"));
-    place.says(&format!("{base} --out nc --format netcdf"));
-    let expected = ["budget.nc", "plot.py", "summary.json"];
-    assert_eq!(names(&place.path("nc")), set(&expected));
-    let script = place.read("nc/plot.py");
-    assert!(script.contains("budget.nc"), "{script}");
-    assert!(!script.contains(".npz"), "{script}");
-    let found = container(&place, "nc/budget.nc");
-    let arrays = place.arrays("zip/budget.npz");
-    assert!(arrays.len() >= 30, "{arrays:?}");
-    assert_eq!(found.variables.len(), arrays.len());
-    for name in &arrays {
-        let expected = place.array::<f64>("zip/budget.npz", name);
-        let i = found.find(name).unwrap_or_else(|| panic!("{name}"));
-        let numbers = found.numbers(i).unwrap();
-        let bits = |v: &f64| v.to_bits();
-        assert!(
-            numbers.iter().map(bits).eq(expected.iter().map(bits)),
-            "{name}"
-        );
-        let variable = &found.variables[i];
-        let shape: Vec<usize> = variable.shape().iter().map(|&len| len as usize).collect();
-        assert_eq!(shape, expected.shape(), "{name}");
-        for dimension in &variable.dimensions {
-            assert!(dimension.coordinate.is_some(), "{name}: {dimension:?}");
-        }
-        assert!(variable.attributes.text("long_name").is_some(), "{name}");
-    }
-    let summary = summary_in(&place, "nc");
-    assert_eq!(found.attributes.text("schema"), summary["schema"].as_str());
-    assert_eq!(found.attributes.text("input"), Some("dis.npz"));
-    for (name, expected) in [
-        ("closure_wavenumber", &summary["closure"]["wavenumber"]),
-        ("wavenumber_band_edge", &summary["wavenumber"]["band_edge"]),
-    ] {
-        assert_eq!(found.attributes.number(name), expected.as_f64());
-    }
-    // A result in either format is one that can be replaced.
-    place.says(&format!("{base} --out nc --force"));
-    let expected = ["budget.npz", "plot.py", "summary.json"];
-    assert_eq!(names(&place.path("nc")), set(&expected));
-}
-
 #[test]
 fn choices_of_a_budget() {
     let place = with_runs();
@@ -204,28 +147,6 @@ fn choices_of_a_budget() {
     assert!(summary["frequency"].is_null() && summary["wavenumber"]["band_edge"] == 1.5);
     place.bad(2, &["budget", "dis.npz", "--out", "c"]);
     place.says("budget dis.npz --out c --force --from-samples -q");
-
-    place.refuses_for(2, "budget dis.npz --filter sharp", "gaussian");
-    place.bad(2, &["budget", "dis.npz", "--scales", "-2"]);
-    for scale in ["30", "39", "80", "1e12", "1e-300"] {
-        place.refuses_for(2, &format!("budget dis.npz --scales 4,{scale}"), "scale");
-    }
-    place.bad(2, &["budget", "dis.npz", "--between", "3:99"]);
-    place.bad(2, &["budget", "dis.npz", "--between", "3"]);
-    place.bad(2, &["budget", "dis.npz", "--window-samples", "5:9999"]);
-    place.bad(1, &["budget", "absent.npz"]);
-    place.write("text.npz", "no archive");
-    place.refuses_for(2, "budget text.npz", "--scene");
-    place.says("simulate -q --out v.npz --sites 8 --end-time 9 --record force");
-    place.refuses_for(2, "budget v.npz", "displacements");
-}
-
-#[test]
-fn a_run_against_a_field_says_which_comes_first() {
-    let place = with_runs();
-    place.save("field.npy", &ndarray::Array2::from_elem((5, 32), 1.0));
-    let said = place.refuses(2, "compare loc.npz field.npy");
-    assert!(said.contains("a measured field stands first"), "{said}");
 }
 
 #[test]
@@ -248,27 +169,6 @@ fn two_runs_on_one_page() {
     assert!(page.contains("Two energy budgets: loc and dis"));
     // Five kinds of maps of both runs.
     assert_eq!(page.matches("class=\"picture\"").count(), 10);
-    place.bad(2, &["compare", "loc.npz"]);
-    place.bad(1, &["compare", "loc.npz", "absent.npz"]);
-}
-
-#[test]
-fn an_analysis_of_a_run_names_its_budget_and_has_none_of_its_own() {
-    let place = with_runs();
-    let said = place.good(&["analyze", "loc.npz", "--out", "a", "--figures", "none"]);
-    let last = said.trim_end().lines().next_back().unwrap();
-    assert!(last.contains("cascade budget loc.npz"), "{said}");
-    assert!(summary_in(&place, "a").get("closure").is_none());
-    assert!(!place.path("a/budget.npz").exists());
-    place.refuses_for(2, "analyze loc.npz --only budget", "budget");
-
-    // A field carries no chain.
-    let field = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/examples/data/lattice_impact.npy"
-    );
-    let said = place.good(&["analyze", field, "--out", "f", "--figures", "none"]);
-    assert!(!said.contains("cascade budget"), "{said}");
 }
 
 #[test]
@@ -343,10 +243,7 @@ fn a_measured_field_with_its_chain() {
     place.refuses_for(2, &format!("{measured} --gain-error 1,2"), "1%");
     let said = place.refuses(2, &format!("{measured} --mass-error 0.1,0.2"));
     contains_all(&said, &["--mass-error", "40"]);
-    place.refuses_for(2, "budget loc.npz --coefficient-error 0.1", "--scene");
 
-    place.refuses_for(2, "budget m.npy --scene chain.toml", "dt");
-    place.refuses_for(2, "budget loc.npz --dt 0.1", "--scene");
     velocity.mapv_inplace(|v| v + noise());
     ndarray_npy::write_npy(place.path("loud.npy"), &velocity).unwrap();
     let loud = measured.replace("m.npy", "loud.npy");

@@ -5,7 +5,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
-use ndarray::{Array1, Array2};
+use ndarray::Array2;
 use wavecascade::chain::scene::{SceneSource, Setup};
 use wavecascade::chain::{Ends, Law, Run};
 use wavecascade::field::{OpenOptions, Quantity};
@@ -162,15 +162,6 @@ fn only_what_is_recorded_is_kept() {
     place.good(&none);
     let read = RunFile::read(&place.path("none.npz")).unwrap();
     assert!(read.run.force.is_none());
-}
-
-#[test]
-fn runs_are_the_same_bits_again() {
-    let place = Place::new();
-    place.says(&short("--out a.npz"));
-    place.says(&short("--out b.npz"));
-    let bytes = |name| fs::read(place.path(name)).unwrap();
-    assert_eq!(bytes("a.npz"), bytes("b.npz"));
 }
 
 #[test]
@@ -366,48 +357,4 @@ striker_radius = \"9 mm\"
     let said = place.good(&["scene", "--check", "scene.toml"]);
     // 4.507 in the paper.
     assert!(said.contains("stiffness ratio 4.506814"), "{said}");
-}
-
-#[cfg(unix)]
-#[test]
-fn an_interrupt_leaves_nothing() {
-    let place = Place::new();
-    let program = assert_cmd::cargo::cargo_bin("cascade");
-    let long = "simulate --sites 3000 --end-time 1e6 --samples 3 --out x/run.npz";
-    let mut child = std::process::Command::new(program)
-        .current_dir(place.folder())
-        .args(long.split(' '))
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .unwrap();
-    test_support::place::wait_for_handler(&mut child);
-    let kill = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(kill.unwrap().success());
-    let status = child.wait().unwrap();
-    assert_eq!(status.code(), Some(130));
-    assert!(place.names().is_empty(), "{:?}", place.names());
-}
-
-#[test]
-fn a_folder_is_no_place_for_a_run() {
-    let place = Place::new();
-    let said = place.bad(2, &["simulate", "--sites", "4", "--out", "folder/"]);
-    contains_all(&said, &["--out: expected a file with a name"]);
-}
-
-/// Members of other programs that only happen to be called like units.
-#[test]
-fn what_is_no_text_is_no_unit() {
-    let place = Place::new();
-    let file = fs::File::create(place.path("other.npz")).unwrap();
-    let mut npz = ndarray_npy::NpzWriter::new(file);
-    npz.add_array("velocity", &Array2::<f64>::ones((8, 4)))
-        .unwrap();
-    npz.add_array("velocity_unit", &Array1::<f64>::zeros(3))
-        .unwrap();
-    npz.finish().unwrap();
-    let field = Field::open(place.path("other.npz"), &OpenOptions::default()).unwrap();
-    assert_eq!((field.quantity, field.unit), (Quantity::Velocity, None));
 }

@@ -7,7 +7,7 @@ use serde_json::Value;
 use test_support::fields::reading;
 use test_support::made::{open, pulse, savez, steps, values};
 use test_support::netcdf::{NetCdf, Values, Variable};
-use test_support::place::{Place, text};
+use test_support::place::Place;
 use wavecascade::Field;
 use wavecascade::arrays::Precision;
 use wavecascade_formats::{Container, Format, Options};
@@ -18,47 +18,71 @@ fn container(place: &Place, name: &str) -> Container {
     wavecascade_formats::open(format, std::sync::Arc::new(bytes), &Options::default()).unwrap()
 }
 
-/// Every array of the archive is in the NetCDF file, bit for bit, with named dimensions.
+/// Every array of the archive is in the NetCDF file, bit for bit, with named dimensions and long names.
+fn are_the_same(place: &Place, base: &str, stem: &str, is_single: bool) -> Container {
+    place.says(&format!("{base} --out zip"));
+    place.says(&format!("{base} --out nc --format netcdf"));
+    let found = container(place, &format!("nc/{stem}.nc"));
+    let archive = format!("zip/{stem}.npz");
+    let names = place.arrays(&archive);
+    assert!(names.len() >= 30, "{names:?}");
+    assert_eq!(names.len(), found.variables.len());
+    for name in &names {
+        let expected = match is_single {
+            true => place.array::<f32>(&archive, name).mapv(f64::from),
+            false => place.array::<f64>(&archive, name),
+        };
+        let i = found.find(name).unwrap_or_else(|| panic!("{name}"));
+        let (numbers, variable) = (found.numbers(i).unwrap(), &found.variables[i]);
+        let bits = |v: &f64| v.to_bits();
+        assert!(
+            numbers.iter().map(bits).eq(expected.iter().map(bits)),
+            "{name}"
+        );
+        let shape: Vec<usize> = variable.shape().iter().map(|&len| len as usize).collect();
+        assert_eq!(shape, expected.shape(), "{name}");
+        // Branches of dispersion curves only count.
+        let has_coordinate = |d: &wavecascade_formats::Dimension| {
+            d.coordinate.is_some() || d.name.as_deref() == Some("dispersion_branch")
+        };
+        assert!(variable.dimensions.iter().all(has_coordinate), "{name}");
+        assert!(variable.attributes.text("long_name").is_some(), "{name}");
+    }
+    let summary = place.json("nc/summary.json");
+    for name in ["program", "version", "input", "input_blake3"] {
+        let stated = summary["provenance"][name].as_str();
+        assert_eq!(found.attributes.text(name), stated, "{name}");
+    }
+    let script = place.read("nc/plot.py");
+    assert!(
+        script.contains(".nc") && !script.contains(".npz"),
+        "{script}"
+    );
+    found
+}
+
 #[test]
-fn regress_spectra_are_the_same_in_both_formats() {
+fn regress_results_are_the_same_in_both_formats() {
     let place = Place::new();
+    place.says(
+        "simulate -q --out dis.npz --stiffness-ratio 2.398 --sites 40 --end-time 38 --samples 257",
+    );
+    let base = "budget dis.npz --from-samples --figures none --quiet --force";
+    let found = are_the_same(&place, base, "budget", false);
+    let summary = place.json("nc/summary.json");
+    for (name, expected) in [
+        ("closure_wavenumber", &summary["closure"]["wavenumber"]),
+        ("wavenumber_band_edge", &summary["wavenumber"]["band_edge"]),
+    ] {
+        assert_eq!(found.attributes.number(name), expected.as_f64());
+    }
     place.save("a.npy", &pulse(257, 48));
     for precision in ["f64", "f32"] {
         let base = format!(
             "analyze a.npy --dt 10us --dx 2mm --unit m/s --figures none --force --precision {precision} \
              --short-time-times 1e-3,2e-3 --dispersion 200*abs(k) --band-edge-frequency 2e4 --scaling density"
         );
-        place.says(&format!("{base} --out zip"));
-        place.says(&format!("{base} --out nc --format netcdf"));
-        let found = container(&place, "nc/spectra.nc");
-        let names = place.arrays("zip/spectra.npz");
-        assert!(names.len() > 40, "{names:?}");
-        assert_eq!(names.len(), found.variables.len());
-        for name in &names {
-            let of: Vec<u64> = match precision {
-                "f64" => {
-                    let array = place.array::<f64>("zip/spectra.npz", name);
-                    array.iter().map(|v| v.to_bits()).collect()
-                }
-                _ => {
-                    let array = place.array::<f32>("zip/spectra.npz", name);
-                    array.iter().map(|v| f64::from(*v).to_bits()).collect()
-                }
-            };
-            let i = found.find(name).unwrap_or_else(|| panic!("{name}"));
-            let numbers = found.numbers(i).unwrap();
-            let bits: Vec<u64> = numbers.iter().map(|v| v.to_bits()).collect();
-            assert!(bits == of, "{name}");
-            let dimensions = &found.variables[i].dimensions;
-            // Branches of dispersion curves only count.
-            let has_coordinate = |d: &wavecascade_formats::Dimension| {
-                d.coordinate.is_some() || d.name.as_deref() == Some("dispersion_branch")
-            };
-            assert!(
-                dimensions.iter().all(has_coordinate),
-                "{name}: {dimensions:?}"
-            );
-        }
+        let found = are_the_same(&place, &base, "spectra", precision == "f32");
         let units = |name: &str| {
             let attributes = &found.variables[found.find(name).unwrap()].attributes;
             attributes.text("units").map(str::to_owned)
@@ -74,17 +98,8 @@ fn regress_spectra_are_the_same_in_both_formats() {
         ] {
             assert_eq!(units(name).as_deref(), Some(unit), "{name}");
         }
-        let summary = place.json("nc/summary.json");
-        for name in ["program", "version", "input", "input_blake3"] {
-            let stated = summary["provenance"][name].as_str();
-            assert_eq!(found.attributes.text(name), stated, "{name}");
-        }
         assert_eq!(found.attributes.text("scaling"), Some("density"));
         assert!(found.attributes.number("parseval_time").is_some());
-        assert!(!place.path("nc/spectra.npz").exists());
-        let script = place.read("nc/plot.py");
-        assert!(script.contains("spectra.nc"), "{script}");
-        assert!(!script.contains(".npz"), "{script}");
     }
 }
 
@@ -215,28 +230,6 @@ fn regress_filter_and_simulate_write_what_they_read() {
         place.refuses(2, line);
     }
     place.says("simulate si.toml --out run.nc --force --quiet");
-}
-
-/// Interrupted, it leaves nothing.
-#[test]
-#[cfg(unix)]
-fn regress_an_interrupt_leaves_nothing() {
-    use test_support::running::{partial, signal, sparse, start, wait_for};
-
-    let place = Place::new();
-    sparse(&place, "long.npy", 40_000, 4000);
-    let before = place.names();
-    let mut child = start(&place, &["convert", "long.npy", "long.csv"]);
-    wait_for(&mut child, || partial(&place).is_some());
-    std::thread::sleep(std::time::Duration::from_millis(100));
-    signal(&child, "INT");
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130), "{output:?}");
-    assert_eq!(
-        text(&output.stderr),
-        "error: cancelled; nothing was written\n"
-    );
-    assert_eq!(place.names(), before);
 }
 
 /// The bodies of a graded chain are known from either file of its run, so that the energies of fronts have the same masses.

@@ -33,17 +33,4 @@ fn a_design_is_written_and_replaced() {
 
     place.refuses(2, design);
     place.says(&format!("{design} --force -q"));
-    for (typed, part) in [
-        ("[]=0.2..5", "--minimize"),
-        ("[]=0.2..5 --minimize force", "peak_force_last"),
-        ("[0] --minimize peak_force_last --force", "--free"),
-    ] {
-        place.refuses_for(
-            2,
-            &format!("design chain.toml --free coefficients{typed}"),
-            part,
-        );
-    }
-    let angle = "design chain.toml --free angle=2..90 --minimize peak_force_last --force";
-    place.refuses_for(2, angle, "angle");
 }

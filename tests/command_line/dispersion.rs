@@ -99,40 +99,6 @@ fn val_kittel_relations_are_formulas_lattices_and_tables() {
     assert!(f[(4, edge)].is_nan() && f[(3, k.len() - 1)].is_nan());
 }
 
-#[test]
-fn faults_name_what_is_known_and_their_place() {
-    let place = lattice();
-    place.write("bad.csv", "k,f\n0,0\n1,fast\n");
-    place.write("unit.csv", "k (rad/m),f\n0,0\n1,1\n");
-    for (relation, words) in [
-        ("2*sqrt(q)", "`q` at character 8 of `2*sqrt(q)`"),
-        ("2*sqrt(q)", "sqrt, abs, sin"),
-        ("k+", "the end at character 3"),
-        ("monatomic:c=1", "with c, m"),
-        ("diatomic:c1=1,c2=1,m1=1,m2=-1", "above 0"),
-        ("monatomic:c=1,m=1,d=2", "with c, m"),
-        ("k; k=2", "the name of a constant"),
-        ("k; c=fast", "a finite number after ="),
-        ("bad.csv", "`fast` in line 3"),
-        ("unit.csv", "values in rad/m"),
-        ("missing.csv", "missing.csv"),
-    ] {
-        let words_typed = quick(&["--dispersion", relation, "--out", "never"]);
-        let code = if relation == "missing.csv" { 1 } else { 2 };
-        let said = place.bad(code, &words_typed);
-        assert!(said.contains(words), "{relation}: {said}");
-        assert!(!place.path("never").exists());
-    }
-    for typed in [
-        &["--dispersion", "none", "--dispersion", "k"][..],
-        &["--dispersion", "curve.csv", "--dispersion-constants", "c=1"],
-        &["--dispersion-constants", "c=1"],
-    ] {
-        let said = place.bad(2, &quick(typed));
-        assert!(said.contains("dispersion"), "{said}");
-    }
-}
-
 /// Of each wavenumber of a struck spring dimer, the strongest frequency lies on a branch.
 #[test]
 fn val_kittel_the_ridge_of_a_simulated_chain_lies_on_its_branches() {

@@ -1,7 +1,5 @@
 //! Fields as `cascade analyze` takes them: sizes, axes and cuts, and what is read back.
 
-use std::fs;
-
 use ndarray::Array2;
 use serde_json::{Value, json};
 use test_support::contains_none;
@@ -45,27 +43,6 @@ fn fields_of_a_few_samples_and_of_zeros_are_analysed() {
         }
     }
     assert!(place.json("out/summary.json")["direction"]["undirected"].is_null());
-}
-
-#[test]
-fn an_axis_without_a_unit_says_so() {
-    let place = pulse::place();
-    fs::remove_file(place.path("wave.toml")).unwrap();
-    for (options, frequency, wavenumber) in [
-        ("", "cycles/sample", "rad/site"),
-        (
-            "--dt 0.01 --dx 2",
-            "cycles/unit of time",
-            "rad/unit of length",
-        ),
-        ("--dt 10 --time-unit ms --space-unit mm", "kHz", "rad/mm"),
-    ] {
-        let units = &summary(&place, options)["field"]["units"];
-        assert_eq!(units["frequency"], frequency);
-        assert_eq!(units["wavenumber"], wavenumber);
-        let page = place.read("wave-cascade/report.html");
-        assert_eq!(page.contains("time (samples)"), options.is_empty());
-    }
 }
 
 #[test]

@@ -41,25 +41,3 @@ fn val_parts_are_together_the_field() {
     let said = place.says("filter run.npz --speed 1: --json --out fast.npz");
     assert!(said.contains("energy_after"), "{said}");
 }
-
-#[test]
-fn what_cannot_be_is_said() {
-    let place = Place::new();
-    place.write("field.csv", "1,2,3\n4,nan,6\n2,8,9\n");
-    place.write("good.csv", "1,2,3\n4,5,6\n2,8,9\n");
-    place.write("thesis.npz", "mine");
-    place.says("filter good.csv --frequency 0:1");
-    for (code, line, named) in [
-        (2, "good.csv", "--frequency"),
-        (2, "good.csv --frequency 3:1", "--frequency"),
-        (2, "good.csv --frequency 0:1", "--force"),
-        (1, "field.csv --frequency 0:1", "finite"),
-        (
-            2,
-            "good.csv --frequency 0:1 --out thesis.npz --force",
-            "thesis.npz",
-        ),
-    ] {
-        place.refuses_for(code, &format!("filter {line}"), named);
-    }
-}

@@ -2,7 +2,6 @@
 
 use std::fs;
 
-use ndarray::Array2;
 use serde_json::Value;
 use test_support::contains_all;
 use test_support::made::{axis, open, pulse, savez, steps, values};
@@ -57,24 +56,6 @@ fn steps_carry_units() {
     let expected = "no dt: time counts samples, no dx: x counts sites";
     assert!(first.contains(expected), "{first}");
     assert_eq!(field["units"]["frequency"], "cycles/sample");
-    for (code, words, expected) in [
-        (
-            2,
-            &["--dt", "10 parsec"][..],
-            &["--dt", "10 parsec", "ms"][..],
-        ),
-        (2, &["--dt", "-1us"], &["--dt", "-1us", "above 0"]),
-        (2, &["--dt", "1", "--rate", "1"], &["--rate", "--dt"]),
-        (2, &["--dx", "2ms"], &["--dx", "2ms", "mm"]),
-        (
-            1,
-            &["--dt", "10us", "--time-unit", "ticks"],
-            &["a.npy", "ticks", "--time-unit"],
-        ),
-    ] {
-        let base = ["analyze", "a.npy", "--out", "new"];
-        contains_all(&place.bad(code, &[&base[..], words].concat()), expected);
-    }
 }
 
 /// The same record with its times in s and in ms beside a scene in SI: the same energies.
@@ -179,151 +160,6 @@ fn default_names_of_results_differ() {
         "travel.npz-filtered.npz",
     ] {
         assert!(place.path(name).exists(), "{name}: {:?}", place.names());
-    }
-}
-
-#[test]
-fn options_without_effect_are_refused() {
-    let place = Place::new();
-    place.save("a.npy", &pulse(64, 8));
-    place.write("a.csv", "1,2\n5,1\n2,2\n");
-    let run = "simulate --sites 4 --end-time 4 --samples 65 --quiet --out run.npz";
-    place.says(run);
-    for (words, option) in [
-        ("analyze a.npy --variable v", "--variable"),
-        ("analyze a.csv --variable v", "--variable"),
-        ("filter a.npy --towards plus-x --variable v", "--variable"),
-        ("analyze a.npy --header present", "--header"),
-        ("analyze a.npy --time-column 0", "--time-column"),
-        (
-            "analyze a.npy --short-space-segment 4",
-            "--short-time-times",
-        ),
-        ("analyze a.npy --short-space-hop 4", "--short-time-times"),
-        (
-            "analyze a.npy --only temporal --short-time-sites 1",
-            "--short-time-sites",
-        ),
-        (
-            "analyze a.npy --only temporal --short-time-window none",
-            "--short-time-window",
-        ),
-        ("analyze a.npy --only spatial --segment 16", "--segment"),
-        (
-            "analyze a.npy --only spatial --reference-site 1",
-            "--reference-site",
-        ),
-        (
-            "analyze a.npy --only temporal --reference-time 1",
-            "--reference-time",
-        ),
-        (
-            "analyze a.npy --only temporal --band-edge-wavenumber 1",
-            "--band-edge-wavenumber",
-        ),
-        (
-            "analyze a.npy --only temporal --direction-band 0:1",
-            "--direction-band",
-        ),
-        (
-            "analyze a.npy --only temporal --dispersion k",
-            "--dispersion",
-        ),
-        (
-            "analyze a.npy --only temporal --pad-space 99",
-            "--pad-space",
-        ),
-        ("budget run.npz --only wavenumber --scales 2", "--scales"),
-        (
-            "budget run.npz --only wavenumber --between 0:1",
-            "--between",
-        ),
-        (
-            "compare run.npz run.npz --only scale --band-edge-frequency 1",
-            "--band-edge-frequency",
-        ),
-        (
-            "attenuate --ratios 2 --sense chain --lengths 5,10",
-            "--lengths",
-        ),
-    ] {
-        place.refuses_for(2, words, option);
-    }
-}
-
-#[test]
-fn messages_name_what_was_typed_and_the_file() {
-    let place = Place::new();
-    let simulate = |words: &str| {
-        let base = "simulate --sites 4 --samples 65 --quiet";
-        place.says(&format!("{base} {words}"));
-    };
-    simulate("--end-time 4 --out plain.npz");
-    simulate(
-        "--end-time 1e-4 --material steel --shape sphere --radius 9mm --striker-velocity 1 \
-              --out si.npz",
-    );
-    place.save("still.npy", &Array2::<f64>::zeros((64, 4)));
-    place.write("nan.csv", "1,2\nnan,1\n2,2\n");
-    for (code, words, named, not) in [
-        (
-            2,
-            "compare plain.npz si.npz",
-            &["si.npz: ", "plain.npz"][..],
-            "--second",
-        ),
-        (
-            2,
-            "attenuate --sites 5 --against stiffness_ratio=5:1:3log:2",
-            &["--against"],
-            "--vary",
-        ),
-        (
-            2,
-            "attenuate --sites 5 --against nonsense=1,2",
-            &["--against", "nonsense"],
-            "--vary",
-        ),
-        (
-            2,
-            "attenuate --sites 5 --against angle --vary nonsense=1,2",
-            &["--vary", "nonsense"],
-            "--against",
-        ),
-        (
-            2,
-            "attenuate --sites 5 --against sites",
-            &["--against", "KEY=A:B:N"],
-            "--vary",
-        ),
-        (
-            2,
-            "attenuate --sites 5 --against stiffness_ratio --target 0.5",
-            &["--target", "--against bodies"],
-            "--vary",
-        ),
-        (
-            2,
-            "attenuate --ratios 2 --no-extremes",
-            &["--no-extremes", "--against KEY"],
-            "--vary",
-        ),
-        (
-            2,
-            "attenuate --sites 5 --against stiffness_ratio --measured 2=still.npy",
-            &["still.npy"],
-            "--measured",
-        ),
-        (
-            1,
-            "filter nan.csv --frequency 0:1",
-            &["nan.csv"],
-            "--frequency",
-        ),
-    ] {
-        let said = place.refuses(code, words);
-        contains_all(&said, named);
-        assert!(!said.contains(not), "{words}: {said}");
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use test_support::place::{Place, set, text};
+use test_support::place::Place;
 use test_support::running::{partial, signal, sparse, start, wait_for};
 
 /// Kills an analysis while it writes, and returns the name of what it leaves.
@@ -55,26 +55,4 @@ fn regress_an_old_result_that_a_kill_took_away_comes_back() {
     place.write(format!("{stem}.lock"), "\nresult");
     place.good(&["analyze", "wave.npy", "--out", "b", "--figures", "none"]);
     assert!(place.path("result/summary.json").exists());
-}
-
-#[test]
-fn regress_processes_of_one_target_do_not_mix() {
-    let place = Place::new();
-    for (name, sites) in [("a.npy", 200), ("b.npy", 201)] {
-        sparse(&place, name, 4000, sites);
-    }
-    let words = |field| ["analyze", field, "--out", "result", "--figures", "none"];
-    let mut said = String::new();
-    for _ in 0..4 {
-        let children = ["a.npy", "b.npy"].map(|field| start(&place, &words(field)));
-        let outputs = children.map(|child| child.wait_with_output().unwrap());
-        let codes = outputs.each_ref().map(|output| output.status.code());
-        said += &outputs.map(|output| text(&output.stderr)).concat();
-        assert!(codes.contains(&Some(0)), "{said}");
-        let sites = place.json("result/summary.json")["field"]["shape"][1].as_u64();
-        let spectra = place.array::<f64>("result/spectra.npz", "temporal_spectrum");
-        assert_eq!(spectra.shape()[1] as u64, sites.unwrap());
-        assert_eq!(place.names(), set(&["a.npy", "b.npy", "result"]));
-        fs::remove_dir_all(place.path("result")).unwrap();
-    }
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::fs;
 
-use serde_json::Value;
 use test_support::contains_all;
 use test_support::place::{Place, names, set};
 use wavecascade::chain::contact::{Ellipse, stiffness_ratio};
@@ -181,60 +180,4 @@ fn val_paper_angles_of_localized_and_most_dispersive_waves() {
     let direct = &rows[0]["direct"];
     let off = (direct["kappa"].as_f64().unwrap() / kappa - 1.0).abs();
     assert!(off <= direct["error"].as_f64().unwrap() && off < 1e-4);
-}
-
-#[test]
-fn an_unresolved_order_is_told_in_its_row() {
-    let place = Place::of(&["localize"]);
-    let words = "--exponent 1.15 --order 40 --json --out found";
-    let words: Vec<&str> = words.split(' ').collect();
-    let output = place.run(&words);
-    assert_eq!(output.status.code(), Some(1), "{output:?}");
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(said.contains("\nerror: 1 of the orders"), "{said}");
-    let table: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let rows = &table["orders"];
-    assert!(rows[0]["exact"].is_null() && rows[0]["asymptotic"].is_null());
-    let reason = rows[0]["reason"].as_str().unwrap();
-    assert!(reason.contains("rounding beyond order"), "{reason}");
-    let table = place.read("found/table.csv");
-    contains_all(table.lines().nth(1).unwrap(), &["rounding beyond order"]);
-}
-
-#[test]
-fn wrong_requests_end_with_code_2_and_leave_nothing() {
-    let place = Place::of(&["localize"]);
-    for words in [
-        "--order 0",
-        "--order 61",
-        "--order 3..2",
-        "--order 1...3",
-        "--order two",
-        "--profile 0",
-        "--profile 2 --launch 2",
-        "--profile 2 --order 2",
-        "--profile 99 --out wave",
-        "--launch 2 --direct",
-        "--launch 2 --cells 0 --out wave",
-        "--launch 2 --cells 99999999999",
-        "--cells 100",
-        "--direct --cells 29",
-        "--direct --cells 99999999999",
-        "--exponent 1",
-        "--exponent -3",
-        "--exponent nan",
-        "--exponent inf --profile 2",
-        "--angles --alternation mass",
-        "--angles --exponent 2",
-        "--angles --material quartz",
-        "--angles --material cheese --radius 9mm",
-        "--radius 9mm",
-        "--ellipse exact",
-        "--alternation both",
-        "--order 1..2 --out .",
-    ] {
-        place.refuses(2, words);
-    }
-    // The wave of the homogeneous chain is too wide: a run that fails.
-    place.refuses_for(1, "--exponent 1.02 --out wide", "1.02");
 }

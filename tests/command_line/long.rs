@@ -3,12 +3,12 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{BufRead, BufReader, Read};
+use std::io::Read;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use test_support::contains_all;
-use test_support::place::{Place, program, text};
+use test_support::place::{Place, program, text, wait_for_handler};
 use test_support::running::{partial, signal, sparse, start, wait_for};
 
 /// Sends `name` and expects the end that a shell gives such a signal, with nothing left.
@@ -44,6 +44,21 @@ fn an_interrupt_ends_a_run_and_leaves_nothing() {
         wait_for(&mut child, written);
         std::thread::sleep(Duration::from_millis(wait));
         ends(&place, child, name, &before);
+    }
+}
+
+#[test]
+fn an_interrupt_of_other_commands_leaves_nothing() {
+    let place = Place::new();
+    sparse(&place, "long.npy", 40_000, 4000);
+    let before = place.names();
+    for line in [
+        "convert long.npy long.csv",
+        "simulate --sites 3000 --end-time 1e6 --samples 3 --out x/run.npz",
+    ] {
+        let mut child = start(&place, &line.split(' ').collect::<Vec<_>>());
+        wait_for_handler(&mut child);
+        ends(&place, child, "INT", &before);
     }
 }
 
@@ -154,16 +169,4 @@ fn on_a_terminal_the_bar_goes_away_again() {
     assert!(long.status.success(), "{said}");
     let last = said.lines().last().unwrap();
     assert!(last.contains("done in") && !last.contains('█'), "{last:?}");
-}
-
-#[test]
-fn without_a_terminal_there_is_no_bar() {
-    let place = test_support::pulse::place();
-    sparse(&place, "long.npy", 20_000, 60);
-    let child = start(&place, &["analyze", "long.npy", "--figures", "none"]);
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(text(&output.stderr), "");
-    assert!(!text(&output.stdout).contains('\x1b'));
-    let lines = BufReader::new(&output.stdout[..]).lines();
-    assert!(lines.map(Result::unwrap).all(|l| l.chars().count() <= 100));
 }

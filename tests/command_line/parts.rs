@@ -49,18 +49,6 @@ fn regress_what_is_no_part_is_refused() {
     let place = Place::new();
     place.save("field.npy", &noise(400, 3));
     place.says("coherence field.npy --segment 64 --part 1/1 --out part");
-    for (line, named) in [
-        ("spectrum field.npy --part 0/3", "3/64"),
-        ("spectrum field.npy --along space --part 1/2", "--along"),
-        ("spectrum --merge part", "--out"),
-        ("spectrum --merge part --out out", "cascade spectrum"),
-        ("coherence --merge part --out out --segment 64", "--segment"),
-        ("coherence --merge part --out out --memory 0", "--memory"),
-        ("analyze field.npy --part 3/64", "cascade spectrum FIELD"),
-    ] {
-        place.refuses_for(2, line, named);
-    }
-    place.refuses_for(1, "coherence --merge field.npy --out out", "field.npy");
     // A part that was damaged.
     let path = place.path("part/part.npz");
     let mut bytes = fs::read(&path).unwrap();

@@ -40,34 +40,3 @@ fn val_the_page_is_what_the_browser_gets() {
     let said = test_support::place::text(&output.stderr);
     assert!(said.contains("no browser could be started"), "{said}");
 }
-
-#[test]
-fn regress_what_cannot_be_shown_is_refused_before_the_work() {
-    let place = test_support::pulse::place();
-    for (words, expected) in [
-        (
-            "increments wave.npy --show",
-            "--show: expected a terminal to draw in, found standard output that is a file or a pipe",
-        ),
-        (
-            "increments wave.npy --show --figures svg",
-            "--show: expected `png` among `--figures`",
-        ),
-        (
-            "increments wave.npy --open --figures none",
-            "--open: expected figures",
-        ),
-        (
-            "localize --open",
-            "--open: expected `--profile` or `--out` beside it",
-        ),
-        (
-            "analyze wave.npy wave.npy --show",
-            "--show: expected one field",
-        ),
-    ] {
-        place.refuses_for(2, words, expected);
-        assert!(!place.path("wave-increments").exists(), "{words}");
-        assert!(!place.path("fields-cascade").exists(), "{words}");
-    }
-}

@@ -6,9 +6,6 @@ use test_support::place::Place;
 
 const BEADS: &str = "sweep --sites 8 --material steel --shape sphere --striker-velocity 1m/s";
 
-const SCENE: &str = "sites = 16\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\n\
-                     striker_velocity = \"1 m/s\"\nend_time = \"400 us\"\nsamples = 801\n";
-
 #[test]
 fn a_sweep_says_what_is_wrong_and_that_runs_failed() {
     let place = Place::new();
@@ -62,8 +59,6 @@ fn a_sweep_takes_units_and_states_them() {
         (forces[3] / forces[0] / 16.0 - 1.0).abs() < 1e-6,
         "{forces:?}"
     );
-    let said = place.refuses(2, &format!("{BEADS} --vary radius=5mm:20:4"));
-    contains_all(&said, &["radius=5mm:20:4", "one unit at both ends"]);
 }
 
 /// A run that ends by itself ends behind the largest force at the wall; another says what a force needs.
@@ -90,26 +85,6 @@ fn a_sweep_without_values_says_what_to_state() {
     }
 }
 
-#[test]
-fn a_check_of_a_scene_in_si_has_units() {
-    let place = Place::new();
-    let scene = "sites = 6\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\ndashpot = 3.0\n\
-                 drag = 0.1\ntangent = \"1 us\"\ndrive = \"force\"\ndrive_waveform = \"half-sine\"\n\
-                 drive_amplitude = 2.5\ndrive_duration = \"1 ms\"\nend_time = \"1 ms\"\n";
-    place.write("s.toml", scene);
-    let said = in_one_line(&place.good(&["scene", "--check", "s.toml"]));
-    for text in [
-        " N/m^1.5",
-        "dashpot 3.000 N s/m",
-        "drag 0.1000 N s/m",
-        " s, drag",
-        "2.5 N",
-        "0.001 s",
-    ] {
-        assert!(said.contains(text), "{text}: {said}");
-    }
-}
-
 /// A run that ends by itself ends before the wall's force peaks, and says with which end it is there.
 #[test]
 fn a_run_that_ends_by_itself_says_when_the_wall_peaks() {
@@ -131,25 +106,4 @@ fn a_run_that_ends_by_itself_says_when_the_wall_peaks() {
     assert!(second.0 < 0.98 * second.1, "{first:?} {second:?}");
     let free = place.says("simulate --sites 20 --ends free --out c.npz");
     assert!(!free.contains("--end-time"), "{free}");
-}
-
-/// Numbers of a run in SI have their units.
-#[test]
-fn budgets_in_si_have_units() {
-    let place = Place::new();
-    place.write("beads.toml", SCENE);
-    let said = place.good(&["simulate", "beads.toml", "--quiet"]);
-    assert!(said.is_empty(), "{said}");
-    let said = place.good(&["budget", "beads.npz", "--verbose", "--figures", "none"]);
-    let in_one = in_one_line(&said);
-    for unit in [
-        " J at the start",
-        "rad/m to ",
-        " J up to ",
-        " Hz, ",
-        " J above; ",
-    ] {
-        assert!(in_one.contains(unit), "{unit}: {said}");
-    }
-    assert_eq!(in_one.matches(" rad/m").count(), 2, "{said}");
 }

@@ -7,54 +7,9 @@ use test_support::changed;
 use test_support::fields::reading;
 use test_support::made::{axis, values};
 use test_support::place::Place;
-use test_support::shared::shared_data;
 use wavecascade::Field;
 use wavecascade::error::InputFault;
 use wavecascade::field::{At, Axis, Label, Note, OpenOptions, Quantity, ReadMode};
-
-fn case(name: &str) -> Option<Field> {
-    let path = shared_data(&format!("cases/{name}"))?;
-    let field = Field::open(&path, &OpenOptions::default());
-    Some(field.unwrap_or_else(|error| panic!("{error}")))
-}
-
-fn has(field: &Field, code: &str) -> bool {
-    field.notes.iter().any(|note| note.code() == code)
-}
-
-#[test]
-fn val_case_clocks() {
-    if let Some(field) = case("epoch_1MHz.h5") {
-        assert_eq!(field.time.step, 1e-6);
-        assert_eq!(field.time.unit.as_deref(), Some("s"));
-        assert!(has(&field, "rounded"), "{:?}", field.notes);
-    }
-    if let Some(field) = case("single_precision_minutes.nc") {
-        let step = field.time.step;
-        assert!((step * 60.0 - 1.0).abs() < 1e-5, "{step}");
-        assert_eq!(field.time.unit.as_deref(), Some("h"));
-    }
-    for (name, step) in [
-        ("timestamp.csv", 1e-3),
-        ("epoch_ns.h5", 1e-3),
-        ("Seconds.h5", 1e-3),
-    ] {
-        let Some(field) = case(name) else { continue };
-        assert_eq!(
-            (field.time.step, field.time.unit.as_deref()),
-            (step, Some("s")),
-            "{name}"
-        );
-    }
-    if let Some(field) = case("unit_of_coordinates.h5") {
-        let axes = [&field.time, &field.space].map(|axis| (axis.step, axis.unit.as_deref()));
-        assert_eq!(axes, [(1.0, Some("ms")), (50.0, Some("mm"))]);
-    }
-    if let Some(field) = case("valid_range.nc") {
-        let gaps = values(&field).iter().filter(|v| v.is_nan()).count();
-        assert_eq!(gaps, 5);
-    }
-}
 
 fn beside(name: &str) -> Field {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/input_formats");

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use ndarray::{Array1, Array2, Axis as Dimension, ShapeBuilder};
-use ndarray_npy::{NpzWriter, write_npy};
+use ndarray_npy::write_npy;
 use test_support::fields::reading;
 use test_support::hostile::Folder;
 use test_support::made::{axis_at as axis, values};
@@ -152,30 +152,6 @@ fn val_numpy_archive_with_positions() {
     assert_eq!((field.space.origin, field.space.step), (2.0, 2.0));
     assert_eq!(field.time, Axis::index());
     assert_eq!(values(&field), numpy_field("f8"));
-}
-
-#[test]
-fn val_ndarray_npy_round_trip() {
-    let folder = Folder::new();
-    let expected = Array2::from_shape_fn((7, 9), |(n, j)| n as f64 - 0.1 * j as f64);
-    let transposed = Array2::from_shape_fn((7, 9).f(), |at| expected[at]);
-    for array in [&expected, &transposed] {
-        let path = folder.path().join("field.npy");
-        write_npy(&path, array).unwrap();
-        assert_eq!(values(&open(&path)), expected);
-    }
-    for compressed in [false, true] {
-        let path = folder.path().join("field.npz");
-        let file = std::fs::File::create(&path).unwrap();
-        let mut archive = if compressed {
-            NpzWriter::new_compressed(file)
-        } else {
-            NpzWriter::new(file)
-        };
-        archive.add_array("velocity", &expected).unwrap();
-        archive.finish().unwrap();
-        assert_eq!(values(&open(&path)), expected);
-    }
 }
 
 #[test]

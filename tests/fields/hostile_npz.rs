@@ -268,30 +268,3 @@ fn npz_coordinates_that_do_not_fit() {
     let field = Field::open(folder.write("run.npz", uneven), &options).unwrap();
     assert_eq!((field.time.origin, field.time.step), (0.0, 1.25));
 }
-
-#[test]
-fn npz_member_names_are_no_paths() {
-    let field = npy_f64("(4, 2)", (0..8).map(f64::from));
-    let folder = Folder::new();
-    let inner = folder.path().join("inner");
-    std::fs::create_dir(&inner).unwrap();
-    for method in BOTH {
-        for name in [
-            "../evil.npy",
-            "/evil.npy",
-            "..\\evil.npy",
-            "a/../../evil.npy",
-        ] {
-            let path = inner.join("field.npz");
-            std::fs::write(&path, npz(method, &[(name, &field)])).unwrap();
-            let read = Field::open(&path, &OpenOptions::default()).unwrap();
-            assert_eq!((read.n_times(), read.n_sites()), (4, 2), "{name}");
-        }
-    }
-    let names = |folder: &std::path::Path| -> Vec<_> {
-        let entries = std::fs::read_dir(folder).unwrap();
-        entries.map(|entry| entry.unwrap().file_name()).collect()
-    };
-    assert_eq!(names(folder.path()), ["inner"]);
-    assert_eq!(names(&inner), ["field.npz"]);
-}

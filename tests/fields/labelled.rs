@@ -11,7 +11,6 @@ use test_support::fields::{option, reading};
 use test_support::made::{fault, open, savez, values};
 use test_support::netcdf::{NetCdf, Values, Variable};
 use test_support::place::Place;
-use test_support::shared::shared_data;
 use wavecascade::error::InputFault;
 use wavecascade::field::{Delays, Label, Layout, Note, OpenOptions, Quantity, Selection, inspect};
 use wavecascade::{Error, Field};
@@ -429,46 +428,8 @@ fn val_definition_jitter_is_told_and_limited() {
     }
 }
 
-/// A field of a file from elsewhere beside `field.npy`, which its peer has made.
-fn equals_its_peer(folder: &str, original: &str, options: &OpenOptions) -> Option<Field> {
-    let path = shared_data(&format!("{folder}/original/{original}"))?;
-    let peer = open_path(&shared_data(&format!("{folder}/field.npy"))?);
-    let field = Field::open(path, options).unwrap();
-    assert_eq!(values(&field), values(&peer), "{folder}");
-    Some(field)
-}
-
 fn open_path(path: &std::path::Path) -> Field {
     Field::open(path, &OpenOptions::default()).unwrap()
-}
-
-#[test]
-fn val_peer_scipy_reads_the_same_matlab_field() {
-    let options = OpenOptions::default();
-    if let Some(field) = equals_its_peer("burgers_sine", "burgers_sine.mat", &options) {
-        assert_eq!((field.time.step, field.space.step), (0.05, 0.0625));
-        assert_eq!(field.space.origin, -8.0);
-    }
-}
-
-#[cfg(feature = "hdf5")]
-#[test]
-fn val_peer_h5py_reads_the_same_fields() {
-    let options = OpenOptions::default();
-    if let Some(field) = equals_its_peer("dispersion_event", "dispersion_event.h5", &options) {
-        assert_eq!((field.time.step, field.space.step), (5e-4, 1.0));
-        // The file states no unit of distances.
-        let units = (field.time.unit.as_deref(), field.space.unit.as_deref());
-        assert_eq!(units, (Some("s"), None));
-        assert_eq!(field.time.origin, 0.0);
-    }
-    let file = "deformation_rate_event_1.hdf5";
-    if let Some(field) = equals_its_peer("mine_das_velocity", file, &options) {
-        let step = field.time.step;
-        assert!((step / 5.00006e-4 - 1.0).abs() < 1e-9, "{step}");
-        let step = field.space.step;
-        assert!((step / 5.717_333_35 - 1.0).abs() < 1e-8, "{step}");
-    }
 }
 
 /// Files of other programs, beside the readers.

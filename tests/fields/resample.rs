@@ -253,21 +253,3 @@ fn val_closed_form_what_amplitudes_lose() {
     let error = Interpolation::ALL.map(|method| (method.error(0.5) * 1e4).round());
     assert_eq!(error, [7654.0, 2929.0, 277.0]);
 }
-
-#[test]
-fn what_is_done_is_told_and_a_large_loss_is_doubtful() {
-    let place = Place::new();
-    let mut nodes: Vec<f64> = (0..30).map(f64::from).collect();
-    nodes[10] += 0.4;
-    let field = Array2::from_shape_fn((30, 3), |(n, j)| ((n + j) as f64).sin());
-    savez(&place, "v.npz", ("v", &field), &[("t", nodes)]);
-    for (method, is_doubtful) in [(Interpolation::Linear, true), (Interpolation::Cubic, false)] {
-        let field = Field::open(place.path("v.npz"), &by(method)).unwrap();
-        let is_it = |note: &&Note| note.code() == "resampled";
-        let note = field.notes.iter().find(is_it).unwrap();
-        assert_eq!(note.is_doubtful(), is_doubtful, "{}", note.message());
-        let (axis, index, share) = resampled(&field).unwrap();
-        assert_eq!((axis, index), ("time", 10));
-        assert!((share - 0.4).abs() < 1e-12, "{share}");
-    }
-}

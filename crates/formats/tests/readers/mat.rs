@@ -33,31 +33,3 @@ fn regress_formats_are_told_apart() {
     bytes[124..126].copy_from_slice(&[0, 2]);
     assert_eq!(Format::detect("a", &bytes), None);
 }
-
-#[test]
-fn val_numpy_burgers() {
-    let data =
-        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/burgers_sine");
-    let Ok(bytes) = std::fs::read(data.join("original/burgers_sine.mat")) else {
-        eprintln!("NOT TESTED: {} is absent", data.display());
-        return;
-    };
-    let container = open_bytes("burgers_sine.mat", &bytes);
-    let usol = container.find("usol").unwrap();
-    let &[space, time] = &container.variables[usol].shape()[..] else {
-        panic!("two dimensions");
-    };
-    let numbers = container.numbers(usol).unwrap();
-    let npy = std::fs::read(data.join("field.npy")).unwrap();
-    let count = (space * time) as usize;
-    let field = npy[npy.len() - 8 * count..].chunks_exact(8);
-    let field: Vec<f64> = field
-        .map(|one| f64::from_le_bytes(one.try_into().unwrap()))
-        .collect();
-    for t in 0..time as usize {
-        for x in 0..space as usize {
-            let found = numbers[x * time as usize + t];
-            assert_eq!(found, field[t * space as usize + x]);
-        }
-    }
-}
