@@ -87,6 +87,27 @@ fn val_closed_form_two_bodies_meet_late() {
     }
 }
 
+/// Halfway through the collision, too: the energy is then in the contact, and the samples agree.
+#[test]
+fn regress_samples_agree_within_a_late_collision() {
+    let simulation = apart(&[1.0, 1.0], &[45.026, 0.0], Ends::Free, 46.812);
+    let at_end = |samples| {
+        let simulation = changed(simulation.clone(), |it| it.samples = samples);
+        simulation
+            .run(&Silent)
+            .unwrap()
+            .velocity
+            .row(samples - 1)
+            .to_vec()
+    };
+    let fine = at_end(1025);
+    assert!((fine[0] + fine[1] - 1.0).abs() < 1e-13 && fine[1] > 0.1);
+    for samples in SAMPLES {
+        let off = (at_end(samples)[0] - fine[0]).abs();
+        assert!(off < 1e-10, "{samples}: {off:e}");
+    }
+}
+
 #[test]
 fn val_closed_form_a_body_returns_from_a_wall() {
     for flight in [0.1, 45.0, 1e4] {
@@ -102,6 +123,25 @@ fn val_closed_form_cradle_with_gaps() {
     let simulation = apart(&[1.0; 5], &[10.0, 20.0, 5.0, 40.0, 0.0], Ends::Free, 110.0);
     let worst = worst(&simulation, &[0.0, 0.0, 0.0, 0.0, 1.0]);
     assert!(worst < 2e-10, "{worst:e}");
+}
+
+/// The first of three bodies strikes two that touch, after a flight: velocities of
+/// `tests/data/collisions.json`, by double-double arithmetic, of bodies that touch from the start.
+#[test]
+fn val_double_double_three_bodies_meet_late() {
+    let text = std::fs::read_to_string("tests/data/collisions.json").unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let numbers = |case: &serde_json::Value, key: &str| -> Vec<f64> {
+        let list = case[key].as_array().unwrap();
+        list.iter().map(|v| v.as_f64().unwrap()).collect()
+    };
+    for case in json["cases"].as_array().unwrap() {
+        let mass = numbers(case, "mass");
+        let mut simulation = apart(&mass, &[33.3, 0.0, 0.0], Ends::Free, 33.3 + 30.0);
+        simulation.chain.coefficient = numbers(case, "coefficient");
+        let worst = worst(&simulation, &numbers(case, "velocity"));
+        assert!(worst < 2e-9, "{mass:?}: {worst:e}");
+    }
 }
 
 /// Bodies that part and meet again without gaps at first.

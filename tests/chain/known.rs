@@ -5,6 +5,7 @@ use wavecascade::chain::scene::SceneSource;
 use wavecascade::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Record, Run, RunWarning, Scheme, Simulation,
 };
+use wavecascade::field::Quantity;
 use wavecascade::observer::Silent;
 
 fn chain(mass: &[f64], coefficient: &[f64], ends: Ends, law: Law) -> Chain {
@@ -13,6 +14,32 @@ fn chain(mass: &[f64], coefficient: &[f64], ends: Ends, law: Law) -> Chain {
 
 fn last(run: &Run) -> Vec<f64> {
     run.velocity.row(run.time.len() - 1).to_vec()
+}
+
+#[test]
+fn val_closed_form_two_bodies_collide_elastically() {
+    for (m, c) in [(1.0, 1.0), (3.7, 1e4), (0.2, 1e-3)] {
+        let free = chain(&[1.0, m], &[c], Ends::Free, Law::Hertz);
+        let run = Simulation::impact(free, 2.0, 40.0 * f64::powf(c, -0.4), 3)
+            .run(&Silent)
+            .unwrap();
+        let v = last(&run);
+        let expected = [2.0 * (1.0 - m) / (1.0 + m), 4.0 / (1.0 + m)];
+        assert!((v[0] - expected[0]).abs() < 1e-10, "{v:?} {expected:?}");
+        assert!((v[1] - expected[1]).abs() < 1e-10, "{v:?} {expected:?}");
+    }
+}
+
+/// Two equal sites strike a third of equal mass: at a soft second contact they act one by one.
+#[test]
+fn val_closed_form_three_bodies_with_a_hard_and_a_soft_contact() {
+    // Bodies of masses 1 and 1 joined by a contact far stiffer than the next: the first collision
+    // is over before the second begins, so that the speed passes on whole.
+    let free = chain(&[1.0, 1.0, 1.0], &[1e12, 1.0], Ends::Free, Law::Hertz);
+    let v = last(&Simulation::impact(free, 1.0, 20.0, 3).run(&Silent).unwrap());
+    assert!((v.iter().sum::<f64>() - 1.0).abs() < 1e-13);
+    assert!((v.iter().map(|v| v * v).sum::<f64>() - 1.0).abs() < 1e-10);
+    assert!(v[0].abs() < 1e-4 && v[1].abs() < 1e-4 && (v[2] - 1.0).abs() < 1e-4);
 }
 
 /// Fixed ends: `x_j = sum_m A_m sin(pi m (j+1)/(N+1)) sin(w_m t)`.
@@ -130,6 +157,16 @@ fn val_order_of_every_scheme() {
     }
 }
 
+#[test]
+fn val_stability_an_unstable_step_is_told() {
+    let mut simulation = Simulation::impact(Chain::dimer(20, 1e6), 1.0, 200.0, 5);
+    simulation.scheme = Scheme::VelocityVerlet;
+    simulation.accuracy = Accuracy::Step(20.0);
+    simulation.chain.law = spring(0.0, 0.0).into();
+    let error = simulation.run(&Silent).unwrap_err().to_string();
+    assert!(error.contains("stability limit"), "{error}");
+}
+
 /// Hertz contacts, whose frequency grows with the overlap, at several times the limit.
 #[test]
 fn val_stability_an_unstable_step_of_hertz_contacts_is_told() {
@@ -182,6 +219,17 @@ fn val_definition_random_masses() {
     assert!((mean - 2.0).abs() < 0.006, "{mean}");
     assert!((square * 12.0 - 1.0).abs() < 0.02, "{square}");
     assert!(values.iter().all(|v| (1.5..2.5).contains(v)));
+}
+
+#[test]
+fn val_definition_the_field_of_a_run() {
+    let run = Simulation::impact(Chain::dimer(12, 2.0), 1.0, 8.0, 33)
+        .run(&Silent)
+        .unwrap();
+    let field = run.to_field();
+    assert_eq!(field.quantity, Quantity::Velocity);
+    assert_eq!((field.time.origin, field.time.step), (0.0, 0.25));
+    assert_eq!((field.n_times(), field.n_sites()), (33, 12));
 }
 
 /// Toda's soliton: with `theta_n = kappa n - t sinh kappa`, `x_n = ln(cosh theta_n / cosh theta_{n+1})` and

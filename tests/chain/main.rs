@@ -12,6 +12,7 @@ mod many;
 mod on_site;
 mod peaks;
 mod presets;
+mod reference;
 mod resonators;
 mod scale;
 mod scene;

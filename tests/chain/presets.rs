@@ -42,6 +42,22 @@ fn each_is_a_scene_of_the_folder() {
     assert_eq!(std::fs::read_dir(folder).unwrap().count(), PRESETS.len());
 }
 
+/// `v_j = sinh k (tanh(theta + k) - tanh theta)`, `theta = k (j - 12) - t sinh k`: nothing is shed at any time.
+#[test]
+fn val_closed_form_the_soliton_of_toda_sheds_nothing() {
+    let run = run("toda_soliton", &[]);
+    let k = 1f64;
+    let mut off = 0f64;
+    for (row, t) in run.velocity.rows().into_iter().zip(&run.time) {
+        for (j, v) in row.iter().enumerate() {
+            let theta = k * (j as f64 - 12.0) - t * k.sinh();
+            let expected = k.sinh() * ((theta + k).tanh() - theta.tanh());
+            off = off.max((v - expected).abs());
+        }
+    }
+    assert!(off < 2e-9, "{off:e}");
+}
+
 /// A wave of the speed c presses with `c^6 psi^{3/2}`, psi the largest overlap of that of speed 1 (`data/solitary_wave.json`).
 #[test]
 fn val_published_the_speed_in_sonic_vacuum_is_the_sixth_root_of_the_force() {
@@ -87,6 +103,37 @@ fn val_published_the_speed_in_sonic_vacuum_is_the_sixth_root_of_the_force() {
     }
 }
 
+/// No wave between `(2c/m)^{1/2}` of the heavy and of the light mass: far from the blow less than a thousandth of the energy.
+#[test]
+fn val_theory_the_gap_of_two_masses() {
+    let simulation = simulation("diatomic", &[]);
+    let cell = UnitCell::of(&simulation.chain).unwrap();
+    let edges = cell.frequencies(PI / 2.0);
+    assert!((edges[0] - (2.0f64 / 3.0).sqrt()).abs() < 1e-12);
+    assert!((edges[1] - 2f64.sqrt()).abs() < 1e-12);
+    let run = simulation.run(&Silent).unwrap();
+    let (n, step) = (run.time.len(), run.time[1]);
+    let (mut inside, mut whole) = (0.0, 0.0);
+    for site in 16..40 {
+        let v = run.velocity.column(site);
+        for bin in 1..150 {
+            let omega = TAU * bin as f64 / (n as f64 * step);
+            let (mut re, mut im) = (0.0, 0.0);
+            for (i, v) in v.iter().enumerate() {
+                let window = 0.5 - 0.5 * (TAU * i as f64 / n as f64).cos();
+                let (sin, cos) = (TAU * (bin * i % n) as f64 / n as f64).sin_cos();
+                (re, im) = (re + window * v * cos, im + window * v * sin);
+            }
+            let energy = re * re + im * im;
+            whole += energy;
+            if (0.9..1.33).contains(&omega) {
+                inside += energy;
+            }
+        }
+    }
+    assert!(inside / whole < 1e-3, "{}", inside / whole);
+}
+
 /// The energy of the first mode of the alpha chain comes back: DOP853 of SciPy 1.17 (relative tolerance 1e-10, these samples) has
 /// 0.9807124 of it after 153.4272 of its periods, and 0.0856380 at least.
 #[test]
@@ -122,6 +169,30 @@ fn val_scipy_the_alpha_chain_recurs() {
         "{}",
         energy[back] / energy[0]
     );
+}
+
+/// Modes of the beta chain that are even about its middle stay without energy.
+#[test]
+fn val_symmetry_the_beta_chain_keeps_to_odd_modes() {
+    let run = run("fput_beta", &[("end_time", "1000")]);
+    for row in run.velocity.rows() {
+        for j in 0..16 {
+            assert!(
+                (row[j] - row[31 - j]).abs() < 1e-8,
+                "{}",
+                row[j] - row[31 - j]
+            );
+        }
+    }
+    // Energy does leave the first mode.
+    let row = run.velocity.row(run.time.len() - 1);
+    let of = |k: f64| -> f64 {
+        row.iter()
+            .enumerate()
+            .map(|(j, v)| v * (PI * k * (j + 1) as f64 / 33.0).sin())
+            .sum()
+    };
+    assert!(of(3.0).abs() > 1e-3 * of(1.0).abs());
 }
 
 /// In the modes at the edges of the gap one kind of contact alone is strained, by A: `A'' = -2 (A -+ b A^3)`, whose frequency is
@@ -182,6 +253,29 @@ fn val_energy_bistable_contacts_keep_energy() {
         .sum();
     let kept = 0.5 * 16.0 - lost;
     assert!((kept - 0.45 * full as f64).abs() < 1e-6, "{kept} {full}");
+}
+
+/// The peak force of the pulse falls behind random masses, and the more the more they differ.
+#[test]
+fn val_published_a_pulse_decays_in_disorder() {
+    let left = |spread: &str| {
+        let run = run(
+            "disordered",
+            &[("mass_spread", spread), ("tolerance", "1e-6")],
+        );
+        let force = run.force.as_ref().unwrap();
+        let peak = |contact: usize| {
+            force
+                .column(contact)
+                .iter()
+                .fold(0.0, |a: f64, b| a.max(*b))
+        };
+        peak(100) / peak(10)
+    };
+    let found = ["0", "0.2", "0.5"].map(left);
+    assert!((found[0] - 1.0).abs() < 0.02, "{found:?}");
+    assert!(found[1] < 0.9 * found[0], "{found:?}");
+    assert!(found[2] < 0.5 * found[1], "{found:?}");
 }
 
 /// The gap at the resonance w: `w (1 + m_r/m)^{1/2}` is its upper edge, the top of the lower branch its lower one. In it a wave falls by
