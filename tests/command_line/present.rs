@@ -57,14 +57,8 @@ fn regress_what_cannot_be_shown_is_refused_before_the_work() {
             "increments wave.npy --open --figures none",
             "--open: expected figures",
         ),
-        (
-            "localize --open",
-            "--open: expected `--profile` or `--out` beside it",
-        ),
-        (
-            "analyze wave.npy wave.npy --show",
-            "--show: expected one field",
-        ),
+        ("localize --open", "--out"),
+        ("attenuate --ratios 2 --show", "--out"),
     ] {
         place.refuses_for(2, words, expected);
         assert!(!place.path("wave-increments").exists(), "{words}");

@@ -38,7 +38,7 @@ fn regress_a_line_and_its_intervals_are_found_and_written() {
     assert!((degrees - 2.0).abs() < 1e-9 && summary["line_test"].is_null());
     for (words, named) in [
         ("--segment 5000", "--segment"),
-        ("--equal-weights", "--multitaper"),
+        ("--along both --subtract-noise", "--subtract-noise"),
         ("--along all", "--along"),
     ] {
         place.refuses_for(2, &format!("spectrum field.npy {words} --force"), named);

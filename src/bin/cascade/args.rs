@@ -222,7 +222,7 @@ pub struct Analyze {
     pub output: Output,
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Default, PartialEq, Args)]
 #[command(next_help_heading = "The field and its axes")]
 pub struct Input {
     /// Order of the axes in the file [default: as the lengths of coordinates have it, else

@@ -53,7 +53,6 @@ pub fn run(typed: &Analyze, fields: &[PathBuf]) -> Result<(), Failure> {
     if typed.work.plan {
         return plans(typed, fields);
     }
-    typed.figures.present.refuse_for_several(fields.len())?;
     let names = field_names(fields)?;
     let out = typed.out.clone().unwrap_or_else(|| DEFAULT.into());
     let mut set = FieldSet::create(&out, typed.force)?;

@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 use wavecascade::Error;
 use wavecascade::arrays::Precision;
 use wavecascade::chain::contact::{Ellipse, Material};
@@ -27,6 +27,8 @@ use crate::progress::Progress;
 
 /// What `cascade localize` takes.
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("written").multiple(true).args(["out", "profile"]))]
+#[command(mut_arg("open", |arg| arg.requires("written")), mut_arg("show", |arg| arg.requires("written")))]
 pub struct Localize {
     /// Orders, both ends included, from 1, the homogeneous chain, to 60.
     #[arg(long, value_name = "N|FIRST..LAST", default_value = "1..8", value_parser = orders)]
@@ -146,25 +148,6 @@ impl Localize {
 
     fn comparison(&self) -> Result<Comparison, Error> {
         let strikes = self.direct || self.angles;
-        let needless = [
-            (
-                "cells",
-                self.cells.is_some() && !strikes,
-                "--direct or --angles",
-            ),
-            (
-                "radius",
-                self.body.radius.is_some() && !self.angles,
-                "--angles",
-            ),
-        ];
-        if let Some((option, _, needed)) = needless.into_iter().find(|(_, is_one, _)| *is_one) {
-            return Err(Error::Request {
-                option,
-                expected: format!("{needed} beside it"),
-                found: "it alone".into(),
-            });
-        }
         let body = match self.body.material()? {
             Some(material) => self.body.radius.map(|radius| (radius, material)),
             None => None,
@@ -228,9 +211,6 @@ pub fn run(typed: Localize) -> Result<(), Failure> {
         .profile
         .map(|order| PathBuf::from(format!("localized-{order}")));
     let out = typed.out.clone().or(default);
-    typed
-        .figures
-        .refuse_without(out.is_some(), "`--profile` or `--out`")?;
     let drawing = typed.figures.drawing()?;
     use_threads(typed.how.threads.map(usize::from))?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
@@ -291,7 +271,7 @@ pub struct Body {
     pub poisson: Option<f64>,
 
     /// Radius of both, such as 9mm.
-    #[arg(long, value_parser = parse::measure::<Length>, allow_negative_numbers = true)]
+    #[arg(long, value_parser = parse::measure::<Length>, requires = "angles", allow_negative_numbers = true)]
     pub radius: Option<f64>,
 }
 

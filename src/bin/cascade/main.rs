@@ -15,7 +15,6 @@ mod convert;
 mod described;
 mod design;
 mod dispersion;
-mod effect;
 mod estimates;
 mod examples;
 mod failure;

@@ -149,41 +149,15 @@ impl Spectrum {
         })
     }
 
-    /// That options of one axis are not typed for another.
+    /// That spectra from which noise is subtracted are of one axis.
     pub fn check(&self) -> Result<(), Error> {
-        let is_both = self.is_both();
-        let refuse = |option, expected: &str, found: &str| {
-            Err(Error::Request {
-                option,
-                expected: expected.into(),
-                found: found.into(),
-            })
-        };
-        let along = "it with `--along both` alone";
-        let has_tapers = self.averages.multitaper.is_some() || self.space_multitaper.is_some();
-        match () {
-            () if self.equal_weights && !has_tapers => refuse(
-                "equal-weights",
-                "it with `--multitaper` or `--space-multitaper`",
-                "one taper, which has no weight",
-            ),
-            () if !is_both && self.space_window.is_some() => {
-                refuse("space-window", along, "spectra along one axis")
-            }
-            () if !is_both && self.space_multitaper.is_some() => {
-                refuse("space-multitaper", along, "spectra along one axis")
-            }
-            () if is_both && self.no_jackknife => refuse(
-                "no-jackknife",
-                "it with spectra along one axis",
-                "`--along both`, which has none",
-            ),
-            () if is_both && self.subtract_noise => refuse(
+        match self.is_both() && self.subtract_noise {
+            true => Err(Error::request(
                 "subtract-noise",
                 "it with spectra along one axis",
                 "`--along both`",
-            ),
-            () => Ok(()),
+            )),
+            false => Ok(()),
         }
     }
 }
