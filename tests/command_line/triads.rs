@@ -22,7 +22,7 @@ fn regress_triads_of_a_run() {
     place.save("field.npy", &Array2::from_elem((5, 32), 1.0));
     for (line, named) in [
         ("triads field.npy", "cascade simulate"),
-        ("triads run.npz --dx 2 --force", "no options of fields"),
+        ("triads run.npz --dx 2 --force", "--dx"),
         (
             "triads touch.npz",
             "touch.npz: expected contacts with a quadratic term",

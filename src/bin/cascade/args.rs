@@ -518,7 +518,7 @@ pub struct DetailArgs {
 macro_rules! choice {
     ($(#[$about:meta])* $name:ident => $target:ty { $($(#[$doc:meta])* $variant:ident => $value:expr),+ $(,)? }) => {
         $(#[$about])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
         pub enum $name { $($(#[$doc])* $variant),+ }
 
         impl From<$name> for $target {

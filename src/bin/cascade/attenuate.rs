@@ -15,6 +15,7 @@ use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
 
 use crate::analyze::{print_notes, use_threads};
+use crate::args::choice;
 use crate::budget::command;
 use crate::chain_args::How;
 use crate::described::Described;
@@ -141,19 +142,17 @@ pub enum Where {
     Both,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Kind {
-    Soft,
-    Stiff,
-}
+choice!(Kind => ContactKind {
+    Soft => Self::Soft,
+    Stiff => Self::Stiff,
+});
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Choice {
+choice!(Choice => Criterion {
     /// Akaike's criterion, corrected for few points.
-    Aicc,
+    Aicc => Self::Aicc,
     /// The error of predicting a fifth of the points from the others.
-    CrossValidation,
-}
+    CrossValidation => Self::CrossValidation,
+});
 
 fn angle_pair(text: &str) -> Result<[f64; 2], String> {
     let (first, second) = text.split_once('/').unwrap_or((text, "90"));
@@ -401,14 +400,8 @@ impl Attenuate {
                 Some(Where::Both) | None => vec![Sense::Chain, Sense::Wall],
             },
             lengths: typed.lengths.clone(),
-            kind: match typed.contacts {
-                Some(Kind::Soft) | None => ContactKind::Soft,
-                Some(Kind::Stiff) => ContactKind::Stiff,
-            },
-            criterion: match typed.fit {
-                Some(Choice::Aicc) | None => Criterion::Aicc,
-                Some(Choice::CrossValidation) => Criterion::CrossValidation,
-            },
+            kind: typed.contacts.map_or(ContactKind::Soft, Into::into),
+            criterion: typed.fit.map_or(Criterion::Aicc, Into::into),
             target: typed.target,
             high_band: true,
             band_edge_frequency: typed.band_edge_frequency,

@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use clap::{ArgGroup, Args, ValueEnum};
+use clap::{ArgGroup, Args};
 use wavecascade::Error;
 use wavecascade::arrays::Precision;
 use wavecascade::chain::contact::{Ellipse, Material};
@@ -17,6 +17,7 @@ use wavecascade::report::{Archive, Provenance, ResultDirectory, localized_snippe
 use wavecascade::sheet::Describe;
 
 use crate::analyze::use_threads;
+use crate::args::choice;
 use crate::budget::command;
 use crate::chain_args::How;
 use crate::described::Described;
@@ -76,28 +77,17 @@ pub struct Localize {
     pub figures: FigureArgs,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Of {
-    Stiffness,
-    Mass,
-}
+choice!(Of => Alternation {
+    Stiffness => Self::Stiffness,
+    Mass => Self::Mass,
+});
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Form {
+choice!(Form => Ellipse {
     /// The published `b/a = (A/B)^(2/3)`.
-    Approximate,
+    Approximate => Self::Approximate,
     /// From the transcendental equation.
-    Exact,
-}
-
-impl From<Form> for Ellipse {
-    fn from(form: Form) -> Ellipse {
-        match form {
-            Form::Approximate => Ellipse::Approximate,
-            Form::Exact => Ellipse::Exact,
-        }
-    }
-}
+    Exact => Self::Exact,
+});
 
 fn orders(text: &str) -> Result<RangeInclusive<usize>, String> {
     let (first, last) = text.split_once("..").unwrap_or((text, text));
@@ -118,10 +108,7 @@ fn one_order(text: &str) -> Result<usize, String> {
 impl Localize {
     pub fn family(&self) -> Family {
         Family {
-            alternation: match self.alternation {
-                Of::Stiffness => Alternation::Stiffness,
-                Of::Mass => Alternation::Mass,
-            },
+            alternation: self.alternation.into(),
             exponent: self.exponent,
         }
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use wavecascade::budget::measured::{
     Drift, MeasuredMotion, MeasuredOptions, Noise, Uncertainty, from_field,
 };
@@ -15,7 +15,7 @@ use wavecascade::report::{ArrayFile, write_measured_arrays};
 use wavecascade::{Error, Field, Result};
 
 use crate::analyze::{open_options, print_notes};
-use crate::args::Input;
+use crate::args::{Input, choice};
 use crate::parse;
 use crate::show_args::stated;
 use crate::view_args::{ViewArgs, request_of};
@@ -64,14 +64,13 @@ pub struct MeasuredArgs {
     pub input: Input,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum DriftArg {
-    None,
+choice!(DriftArg => Drift {
+    None => Self::None,
     /// An offset each.
-    Constant,
+    Constant => Self::Constant,
     /// An offset and a slope each.
-    Linear,
-}
+    Linear => Self::Linear,
+});
 
 /// A measured motion and the request for its budgets.
 pub struct MeasuredInput {
@@ -129,11 +128,7 @@ pub fn of_field(
                 offset: stated("offset", typed.offset, unit)?.unwrap_or(0.0),
             },
         },
-        drift: match typed.drift {
-            DriftArg::None => Drift::None,
-            DriftArg::Constant => Drift::Constant,
-            DriftArg::Linear => Drift::Linear,
-        },
+        drift: typed.drift.into(),
         uncertainty: Uncertainty {
             gain: typed.gain_error.clone(),
             coefficient: typed.coefficient_error.clone(),

@@ -8,6 +8,7 @@ use wavecascade::budget::{Budget, BudgetRequest, BudgetUnits, Filter, Integratio
 use wavecascade::chain::scene::{Setup, Units};
 use wavecascade::measure::{Frequency, Length, Measure, Wavenumber, cycles_per};
 
+use crate::args::choice;
 use crate::parse;
 use crate::show_args::{of_axis, stated};
 
@@ -68,15 +69,14 @@ pub enum ViewArg {
     Scale,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FilterArg {
+choice!(FilterArg => Filter {
     /// sigma = l / sqrt(12).
-    Gaussian,
+    Gaussian => Self::Gaussian,
     /// Equal weights over l.
-    Box,
+    Box => Self::Box,
     /// Cut off at k = 2 pi / l; periodic chains only.
-    Sharp,
-}
+    Sharp => Self::Sharp,
+});
 
 impl ViewArgs {
     pub fn request(&self, setup: &Setup) -> Result<BudgetRequest, Error> {
@@ -136,11 +136,7 @@ impl ViewArgs {
                 scale: only(ViewArg::Scale),
             },
             normal_modes: self.modes,
-            filter: match self.filter {
-                FilterArg::Gaussian => Filter::Gaussian,
-                FilterArg::Box => Filter::Box,
-                FilterArg::Sharp => Filter::Sharp,
-            },
+            filter: self.filter.into(),
             scales: scales.collect::<Result<_, _>>()?,
             map_scale: stated("map-scale", self.map_scale, length)?,
             band_edge_frequency: stated(
