@@ -25,8 +25,8 @@ use super::typed::{provenance, typed};
 use super::watch;
 use crate::analyze::{conclusions, in_time_of, motion_of_run, request};
 use crate::args::Analyze;
+use crate::dispersion;
 use crate::failure::Failure;
-use crate::{dispersion, effect};
 
 /// Runs on the threads that were typed.
 pub fn on_threads<T: Send>(
@@ -112,7 +112,6 @@ pub fn analyze<'py>(
 
 /// The `field` of the words, as it would be opened, and what would be asked of it.
 fn asked(typed: &Analyze, opener: Opener, maps: bool) -> Result<(Field, Request), Failure> {
-    effect::refuse_without_effect(typed)?;
     let (path, scene) = (opener.path(), opener.scene());
     let mut field = opener.open(&typed.input, typed.work.memory, Some(&typed.scan))?;
     let scene = scene.map(|(text, step)| Ok((SceneSource::new(None, text).setup()?, step)));

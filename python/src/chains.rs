@@ -142,7 +142,6 @@ pub fn budget<'py>(
     let is_measured = scene_text.is_some() || scene_path.is_some();
     let threads = typed.how.threads.map(usize::from);
     let work = |observer: &dyn Observer| -> std::result::Result<_, Failure> {
-        typed.views.refuse_without_effect()?;
         let kept = Kept::new(Precision::F64);
         let path = source.as_ref().and_then(|source| source.path());
         let name = path.clone().unwrap_or_else(|| PathBuf::from("field"));
@@ -158,7 +157,6 @@ pub fn budget<'py>(
                 (found, Some(read.motion.report))
             }
             (run, _) => {
-                measured::refuse_options_of_fields(&typed.measured.input, measured::WITH_SCENE)?;
                 let file = match (run, &path) {
                     (Some(run), _) => run,
                     (None, Some(path)) => Arc::new(RunFile::read(path)?),
@@ -347,7 +345,6 @@ pub fn compare(
     let threads = typed.how.threads.map(usize::from);
     let work = |observer: &dyn Observer| -> std::result::Result<_, Failure> {
         typed.refuse_options_of_fields()?;
-        typed.views.refuse_without_effect()?;
         let mut files = Vec::new();
         for (path, held) in paths.iter().zip(held) {
             files.push(match held {

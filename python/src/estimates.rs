@@ -162,7 +162,7 @@ where
     let name = path.clone();
     let name = name.unwrap_or_else(|| Path::new("field").to_owned());
     let input = &typed.shared().input;
-    let open = |opener: Opener| opener.open(input, typed.memory(), None);
+    let open = |opener: Opener| opener.open(input, typed.shared().memory, None);
     let fields = all.into_iter().map(open);
     let fields: Vec<Field> = fields.collect::<Result<_, _>>()?;
     let doubts = fields.iter().flat_map(|field| &field.notes);

@@ -137,7 +137,8 @@ impl Opened {
     }
 
     fn of<T: InParts>(typed: &T, openers: Vec<Opener>) -> Result<Opened, Failure> {
-        let open = |opener: Opener| opener.open_unhashed(&typed.shared().input, typed.memory());
+        let open =
+            |opener: Opener| opener.open_unhashed(&typed.shared().input, typed.shared().memory);
         let fields = each_field(openers)?.into_iter().map(open);
         let fields = fields.collect::<Result<Vec<Field>, _>>()?;
         Ok(Opened {

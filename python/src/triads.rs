@@ -1,28 +1,21 @@
 //! `cascade triads`: of a run, or of a run file.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use wavecascade::field::is_run_file;
 use wavecascade::observer::Observer;
-use wavecascade::report::{Provenance, RunFile};
+use wavecascade::report::Provenance;
 
 use super::analysis::on_threads;
 use super::chains::Moved;
 use super::estimates::Made;
-use super::faults::{self, From};
-use super::samples::Opener;
+use super::faults;
+use super::samples::Source;
 use super::typed::{provenance, typed};
 use super::watch;
-use crate::estimates::Typed;
 use crate::failure::Failure;
-
-enum Of {
-    Run(Arc<RunFile>),
-    Field(Box<Opener>),
-}
+use crate::triads::not_a_run;
 
 /// Arrays with labels, `summary` in JSON, `warnings`, as of an estimate.
 #[pyfunction]
@@ -34,32 +27,19 @@ pub fn triads<'py>(
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let typed = typed!(&words, Triads);
-    let (of, from) = match &moved {
-        Moved::Run(run) => (Of::Run(run.file()), From::Memory),
-        Moved::Field(source) => (Of::Field(Box::new(source.opener())), source.from()),
+    let (held, from, is_file) = match &moved {
+        Moved::Run(run) => (Some(run.file()), faults::From::Memory, false),
+        Moved::Field(source) => (None, source.from(), matches!(source, Source::Files(_))),
     };
     let work = |observer: &dyn Observer| -> Result<Made, Failure> {
-        let threads = typed.shared().threads();
-        let of_run = |file: &RunFile, name: &str| -> Result<_, Failure> {
-            typed.check(name, true, words.clone())?;
-            Ok(on_threads(threads, || typed.of_run(file, observer))?)
+        let file = match held {
+            Some(file) => file,
+            None if is_file => Arc::new(typed.read()?),
+            None => return Err(Failure::Library(not_a_run("field".as_ref()))),
         };
-        let mut path = None;
-        let found = match of {
-            Of::Run(file) => of_run(&file, "run")?,
-            Of::Field(opener) => {
-                path = opener.path();
-                let name = path.clone().unwrap_or_else(|| PathBuf::from("field"));
-                let text = name.display().to_string();
-                let is_run = match &path {
-                    Some(path) => path.is_file() && is_run_file(path)?,
-                    None => false,
-                };
-                typed.check(&text, is_run, words.clone())?;
-                of_run(&RunFile::read(&name)?, &text)?
-            }
-        };
-        let input = path.map(|path| path.display().to_string());
+        let threads = typed.result.how.threads.map(usize::from);
+        let found = on_threads(threads, || typed.of_run(&file, observer))?;
+        let input = is_file.then(|| typed.run.display().to_string());
         let provenance = Provenance::new(provenance(&words), input, None);
         Made::new("triads", found, "run", provenance)
     };

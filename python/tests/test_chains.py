@@ -69,7 +69,7 @@ def test_val_program_triads(run, tmp_path):
     assert json.loads(found.attrs["largest_flux"]) == summary["largest_flux"]
     with pytest.raises(ValueError, match="a run file of `cascade simulate`"):
         wc.triads(np.ones((5, 32)))
-    with pytest.raises(ValueError, match="no options of fields with a run file"):
+    with pytest.raises(TypeError, match="dx"):
         wc.triads(chain, dx=2)
     with pytest.raises(ValueError, match="window_samples"):
         wc.triads(chain, window_samples=(3, 4))

@@ -358,3 +358,32 @@ striker_radius = \"9 mm\"
     // 4.507 in the paper.
     assert!(said.contains("stiffness ratio 4.506814"), "{said}");
 }
+
+/// `none` takes a key of the file away, whatever its kind, and stays the value of keys that have it.
+#[test]
+fn val_none_unsets_a_key_of_the_scene() {
+    let place = Place::new();
+    let scene = "sites = 5\nstiffness_ratio = 2.0\nend_time = 4.0\nsamples = 9\n";
+    for (more, option) in [
+        ("precompression = 0.1", "--precompression"),
+        ("law = \"hertz\"", "--law"),
+        ("mass_cell = [1, 2]", "--mass-cell"),
+        ("[[defect]]\nsite = 2\nfactor = 2.0", "--defect"),
+        ("tangent = 0.01\ndrag = 0.1", "--tangent none --drag"),
+    ] {
+        place.write("plain.toml", scene);
+        place.write("more.toml", format!("{scene}{more}\n"));
+        place.says("simulate plain.toml --force --quiet --out plain.npz --units none");
+        place.says(&format!(
+            "simulate more.toml {option} none --force --quiet --out unset.npz"
+        ));
+        let velocity = |run: &str| place.array::<f64>(run, "velocity");
+        assert_eq!(velocity("plain.npz"), velocity("unset.npz"), "{more}");
+    }
+    let spheres = "sites = 5\nunits = \"si\"\nmaterial = \"steel\"\nstriker_velocity = 1.0\nradius = \"9mm\"\nshape = \"sphere\"\n";
+    place.write("plain.toml", spheres);
+    place.write("more.toml", format!("{spheres}wall_material = \"ptfe\"\n"));
+    let plan = |words: &str| place.says(&format!("simulate {words} --plan --json"));
+    assert_eq!(plan("more.toml --wall-material none"), plan("plain.toml"));
+    place.refuses_for(2, "simulate plain.toml --units none --plan", "--units");
+}

@@ -201,8 +201,8 @@ pub fn open_directory(format: Format, path: &Path, options: &Options) -> Result<
         #[cfg(not(feature = "zarr"))]
         Format::Zarr => {
             let _ = (path, options);
-            let way_out = "build with the feature zarr, or convert it in Python: \
-                           `xarray.open_zarr(path).to_netcdf(\"field.nc\")`";
+            let way_out = "open it in Python with `xarray.open_zarr(path)`, whose arrays `wavecascade` takes as they \
+                           are, or build the program with the feature zarr";
             Err(Error::unsupported(format.to_string(), way_out))
         }
         _ => {

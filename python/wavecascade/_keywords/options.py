@@ -204,10 +204,11 @@ class CompareOptions(BudgetOptions, total=False):
     within: float | str
 
 
-class TriadsOptions(FieldOptions, total=False):
+class TriadsOptions(TypedDict, total=False):
     """The options of ``cascade triads``."""
 
     window_samples: Sites
+    memory: int | str
     threads: int
 
 

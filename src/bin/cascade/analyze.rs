@@ -21,7 +21,6 @@ use wavecascade::{Error, Field};
 
 use crate::args::{Analyze, Input, ResultArg};
 use crate::arrays_file::ArraysFile;
-use crate::effect::refuse_without_effect;
 use crate::failure::Failure;
 use crate::figure_args::Drawing;
 use crate::further;
@@ -32,12 +31,6 @@ use crate::summary::Summary;
 use crate::terminal::Tone;
 use crate::words::quoted;
 use crate::{dispersion, terminal};
-
-/// What to draw, if the options fit each other.
-pub fn check(typed: &Analyze) -> Result<Drawing, Failure> {
-    refuse_without_effect(typed)?;
-    Ok(typed.figures.drawing_of_maps(&typed.colors)?)
-}
 
 /// One field to analyze.
 pub struct Task<'a> {
@@ -111,7 +104,7 @@ impl Task<'_> {
             ..
         } = *self;
         let options = open_options(&typed.input, typed.work.memory);
-        let drawing = check(typed)?;
+        let drawing = typed.figures.drawing_of_maps(&typed.colors)?;
         use_threads(typed.work.threads.map(usize::from))?;
         // Before any work: could the result be written?
         drop(ResultDirectory::create(out, self.replace)?);
@@ -315,7 +308,7 @@ pub fn check_names(files: &[PathBuf]) -> Result<(), Error> {
 
 /// Prints what would be computed of a field.
 pub fn print_plan(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
-    let is_drawn = check(typed)?.is_wanted();
+    let is_drawn = typed.figures.drawing_of_maps(&typed.colors)?.is_wanted();
     let options = OpenOptions {
         hash: false,
         ..open_options(&typed.input, typed.work.memory)

@@ -222,7 +222,7 @@ pub struct Analyze {
     pub output: Output,
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Default, PartialEq, Args)]
 #[command(next_help_heading = "The field and its axes")]
 pub struct Input {
     /// Order of the axes in the file [default: as the lengths of coordinates have it, else
@@ -518,7 +518,7 @@ pub struct DetailArgs {
 macro_rules! choice {
     ($(#[$about:meta])* $name:ident => $target:ty { $($(#[$doc:meta])* $variant:ident => $value:expr),+ $(,)? }) => {
         $(#[$about])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
         pub enum $name { $($(#[$doc])* $variant),+ }
 
         impl From<$name> for $target {

@@ -15,6 +15,7 @@ use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
 
 use crate::analyze::{print_notes, use_threads};
+use crate::args::choice;
 use crate::budget::command;
 use crate::chain_args::How;
 use crate::described::Described;
@@ -27,6 +28,7 @@ use crate::scene_keys::SceneKeys;
 
 /// What `cascade attenuate` takes.
 #[derive(Debug, Args)]
+#[command(mut_arg("open", |arg| arg.requires("out")), mut_arg("show", |arg| arg.requires("out")))]
 pub struct Attenuate {
     /// Files with the chains to compare, one against a key; keys given as options hold for all of them.
     pub scenes: Vec<PathBuf>,
@@ -119,49 +121,18 @@ pub struct LengthArgs {
     pub band_edge_frequency: Option<f64>,
 }
 
-impl LengthArgs {
-    /// The first option that was typed.
-    fn typed(&self) -> Option<&'static str> {
-        let options = [
-            ("angles", !self.angles.is_empty()),
-            ("ratios", !self.ratios.is_empty()),
-            ("bodies", self.bodies.is_some()),
-            ("sense", self.sense.is_some()),
-            ("lengths", self.lengths.is_some()),
-            ("contacts", self.contacts.is_some()),
-            ("fit", self.fit.is_some()),
-            ("target", self.target.is_some()),
-            ("measured-field", self.measured_field),
-            ("band-edge-frequency", self.band_edge_frequency.is_some()),
-        ];
-        let mut typed = options.into_iter().filter(|(_, is_typed)| *is_typed);
-        typed.next().map(|(option, _)| option)
-    }
-}
-
 /// Options of curves against a key.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Against a key of the scene")]
 pub struct KeyArgs {
     /// Another key and its values, a curve for each: striker_velocity=0.5,1,2 or sites=21,41,81 or
     /// tangent=0,1e-6. Repeat it for all combinations.
-    #[arg(long, value_name = "KEY=VALUES")]
+    #[arg(long, value_name = "KEY=VALUES", requires = "against")]
     pub vary: Vec<String>,
 
     /// Leave out the search for the extremes between the values.
-    #[arg(long)]
+    #[arg(long, requires = "against")]
     pub no_extremes: bool,
-}
-
-impl KeyArgs {
-    /// The first option that was typed.
-    fn typed(&self) -> Option<&'static str> {
-        match (self.vary.is_empty(), self.no_extremes) {
-            (false, _) => Some("vary"),
-            (true, true) => Some("no-extremes"),
-            (true, false) => None,
-        }
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -171,19 +142,17 @@ pub enum Where {
     Both,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Kind {
-    Soft,
-    Stiff,
-}
+choice!(Kind => ContactKind {
+    Soft => Self::Soft,
+    Stiff => Self::Stiff,
+});
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Choice {
+choice!(Choice => Criterion {
     /// Akaike's criterion, corrected for few points.
-    Aicc,
+    Aicc => Self::Aicc,
     /// The error of predicting a fifth of the points from the others.
-    CrossValidation,
-}
+    CrossValidation => Self::CrossValidation,
+});
 
 fn angle_pair(text: &str) -> Result<[f64; 2], String> {
     let (first, second) = text.split_once('/').unwrap_or((text, "90"));
@@ -196,9 +165,6 @@ fn angle_pair(text: &str) -> Result<[f64; 2], String> {
 
 /// Runs the command.
 pub fn run(typed: Attenuate) -> Result<(), Failure> {
-    typed
-        .figures
-        .refuse_without(typed.out.is_some(), "`--out`")?;
     let drawing = typed.figures.drawing()?;
     use_threads(typed.how.threads.map(usize::from))?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
@@ -252,17 +218,6 @@ impl Attenuate {
     pub fn find(&self, text: Option<String>, observer: &dyn Observer) -> Result<Followed, Error> {
         let directory = self.out.as_deref();
         let is_length = self.against == BODIES;
-        let useless = match is_length {
-            true => (self.key.typed(), "`--against KEY`"),
-            false => (self.length.typed(), "`--against bodies`"),
-        };
-        if let (Some(option), only) = useless {
-            return Err(Error::Request {
-                option,
-                expected: format!("{only}: it has no effect on other curves"),
-                found: format!("`--against {}`", self.against),
-            });
-        }
         let (curves, measured) = if is_length {
             let request = self.request(text)?;
             let measured = self.measured_along()?;
@@ -421,13 +376,6 @@ impl Attenuate {
                 found: sites.text.clone(),
             });
         }
-        if let (Some(lengths), Some(Where::Chain)) = (&typed.lengths, typed.sense) {
-            return Err(Error::Request {
-                option: "lengths",
-                expected: "`--sense wall` or both: one long chain has all lengths".into(),
-                found: format!("{} lengths and `--sense chain`", lengths.len()),
-            });
-        }
         let mut chains = self.chains(text)?;
         // The length is varied; a scene need not state one.
         for chain in &mut chains {
@@ -452,14 +400,8 @@ impl Attenuate {
                 Some(Where::Both) | None => vec![Sense::Chain, Sense::Wall],
             },
             lengths: typed.lengths.clone(),
-            kind: match typed.contacts {
-                Some(Kind::Soft) | None => ContactKind::Soft,
-                Some(Kind::Stiff) => ContactKind::Stiff,
-            },
-            criterion: match typed.fit {
-                Some(Choice::Aicc) | None => Criterion::Aicc,
-                Some(Choice::CrossValidation) => Criterion::CrossValidation,
-            },
+            kind: typed.contacts.map_or(ContactKind::Soft, Into::into),
+            criterion: typed.fit.map_or(Criterion::Aicc, Into::into),
             target: typed.target,
             high_band: true,
             band_edge_frequency: typed.band_edge_frequency,

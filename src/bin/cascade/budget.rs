@@ -22,12 +22,13 @@ use crate::described::tell;
 use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::{ColorArgs, FigureArgs};
-use crate::measured::{self, MeasuredArgs, MeasuredInput, WITH_SCENE, refuse_options_of_fields};
+use crate::measured::{self, MeasuredArgs, MeasuredInput};
 use crate::progress::Progress;
 use crate::view_args::ViewArgs;
 
 /// What `cascade budget` takes.
 #[derive(Debug, Args)]
+#[command(mut_group("Input", |group| group.requires("scene")))]
 pub struct Budget {
     /// Run file of `cascade simulate`; with `--scene`, a measured field of velocities.
     pub run: PathBuf,
@@ -57,7 +58,6 @@ pub struct Budget {
 /// Runs the command.
 pub fn run(typed: Budget) -> Result<(), Failure> {
     let drawing = typed.figures.drawing_of_maps(&typed.colors)?;
-    typed.views.refuse_without_effect()?;
     let out = typed.out.clone().unwrap_or_else(|| default_out(&typed.run));
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
     let started = Instant::now();
@@ -67,7 +67,6 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     let opened = FileState::at(&typed.run)?;
     let source = match &typed.measured.scene {
         None => {
-            refuse_options_of_fields(&typed.measured.input, WITH_SCENE)?;
             if typed.run.is_file() && !is_run_file(&typed.run)? {
                 return Err(Failure::Library(Error::Request {
                     option: "scene",

@@ -24,7 +24,6 @@ use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::fit::of_field;
-use crate::measured::{refuse_options_of_fields, without_field};
 use crate::parse;
 use crate::progress::Progress;
 use crate::view_args::ViewArgs;
@@ -67,12 +66,14 @@ impl Compare {
 
     /// That no option of fields is there beside two runs.
     pub fn refuse_options_of_fields(&self) -> Result<(), Error> {
-        let expected = "a measured field before the run, which it is of";
-        match (&self.bodies, self.within) {
-            (Some(_), _) => Err(without_field("bodies", expected)),
-            (_, Some(_)) => Err(without_field("within", expected)),
-            _ => refuse_options_of_fields(&self.input, expected),
+        if self.input == Input::default() {
+            return Ok(());
         }
+        Err(Error::Unfit {
+            path: self.first.clone(),
+            expected: "no options of fields beside two runs, which have their own axes".into(),
+            found: "some".into(),
+        })
     }
 
     /// The chain of a text, else of a run, or of a scene.
@@ -95,10 +96,6 @@ impl Compare {
         scene: &SceneSource,
         observer: &dyn Observer,
     ) -> Result<Comparison, Error> {
-        if let Some(option) = self.views.typed() {
-            let expected = "two runs, whose budgets it is of";
-            return Err(Error::request(option, expected, "a field and a run"));
-        }
         let request = CompareRequest {
             bodies: self.bodies.clone(),
             within: self.within.unwrap_or(CompareRequest::default().within),
@@ -183,7 +180,6 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     }
     typed.refuse_options_of_fields()?;
     let drawing = typed.figures.drawing()?;
-    typed.views.refuse_without_effect()?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
     use_threads(typed.how.threads.map(usize::from))?;
     drop(ResultDirectory::create(&typed.out, typed.force)?);

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
-use clap::{ArgGroup, Args, ValueEnum};
+use clap::{ArgGroup, Args};
 use wavecascade::Error;
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::design::{Aim, DesignRequest, Designed, Judge, Limit};

@@ -95,11 +95,6 @@ fn constants(
         known.extend([("c".to_owned(), c), ("m".to_owned(), m)]);
     }
     if let Some(text) = &typed.dispersion.dispersion_constants {
-        let is_formula = |one: &String| one != "auto" && !one.contains(':') && !is_table(one);
-        if !typed.dispersion.dispersion.iter().any(is_formula) {
-            let expected = "a formula among `--dispersion`, which alone has constants";
-            return Err(refuse(expected, &format!("`{text}`")));
-        }
         known.extend(parse_constants(text)?);
     }
     Ok(known)

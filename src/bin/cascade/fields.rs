@@ -8,6 +8,7 @@ use wavecascade::Error;
 use wavecascade::report::{
     FieldOutcome, FieldRow, FieldSet, Headlines, MovedShares, field_names, verdicts_in_words,
 };
+use wavecascade::sheet::Table;
 
 use crate::analyze::{Finished, Task, print_plan};
 use crate::args::{Analyze, Output};
@@ -15,7 +16,6 @@ use crate::failure::Failure;
 use crate::present::open_page;
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::table::Table;
 use crate::terminal::{self, HEADING, Tone, number, styled};
 
 /// Directory of the results where none is named.
@@ -53,7 +53,6 @@ pub fn run(typed: &Analyze, fields: &[PathBuf]) -> Result<(), Failure> {
     if typed.work.plan {
         return plans(typed, fields);
     }
-    typed.figures.present.refuse_for_several(fields.len())?;
     let names = field_names(fields)?;
     let out = typed.out.clone().unwrap_or_else(|| DEFAULT.into());
     let mut set = FieldSet::create(&out, typed.force)?;
@@ -233,36 +232,42 @@ fn share(share: f64) -> String {
 
 /// What moved, in columns that fit 80 characters.
 fn verdicts_of(found: &[(&str, &Headlines)]) -> Table {
-    let (along_x, in_time) = ("in frequency along x", "in wavenumber in time");
-    let mut table = Table::new("field")
-        .in_group(along_x, "verdict")
-        .in_group(along_x, "up")
-        .in_group(along_x, "down")
-        .in_group(in_time, "verdict")
-        .in_group(in_time, "up")
-        .in_group(in_time, "down");
-    for (name, found) in found {
-        let mut cells = vec![(*name).to_owned()];
-        cells.extend(moved(found.frequency.as_ref()));
-        cells.extend(moved(found.wavenumber.as_ref()));
-        table.row(cells);
-    }
-    table
+    let head = [
+        "field",
+        "in frequency",
+        "up",
+        "down",
+        "in wavenumber",
+        "up",
+        "down",
+    ];
+    let row = |(name, found): &(&str, &Headlines)| {
+        let along_x = moved(found.frequency.as_ref());
+        let in_time = moved(found.wavenumber.as_ref());
+        [(*name).to_owned()]
+            .into_iter()
+            .chain(along_x)
+            .chain(in_time)
+            .collect()
+    };
+    Table::of("", &head, found.iter().map(row))
 }
 
 /// Where it moved, energy and direction.
 fn places_of(found: &[(&str, &Headlines)]) -> Table {
-    let mut table = Table::new("field")
-        .numbers("up past")
-        .numbers("down below")
-        .numbers("energy")
-        .numbers("from site")
-        .numbers("to")
-        .numbers("to +x")
-        .numbers("to -x")
-        .numbers("size")
-        .numbers("warnings");
-    for (name, found) in found {
+    const HEAD: [&str; 10] = [
+        "field",
+        "up past",
+        "down below",
+        "energy",
+        "from site",
+        "to",
+        "to +x",
+        "to -x",
+        "size",
+        "warnings",
+    ];
+    let row = |(name, found): &(&str, &Headlines)| {
         let of = found.frequency.as_ref();
         let at = |at: fn(&MovedShares) -> Option<f64>| {
             let at = of.and_then(|of| Some((at(of)?, &of.unit)));
@@ -271,7 +276,7 @@ fn places_of(found: &[(&str, &Headlines)]) -> Table {
                 false => format!("{} {unit}", number(at)),
             })
         };
-        table.row(vec![
+        vec![
             (*name).to_owned(),
             at(|of| of.up_at),
             at(|of| of.down_at),
@@ -282,7 +287,7 @@ fn places_of(found: &[(&str, &Headlines)]) -> Table {
             known(found.toward_minus_x, share),
             format!("{} x {}", found.times, found.sites),
             found.warnings.to_string(),
-        ]);
-    }
-    table
+        ]
+    };
+    Table::of("", &HEAD, found.iter().map(row))
 }

@@ -147,26 +147,8 @@ impl FigureArgs {
 
     fn drawing_with(&self, colors: Option<&ColorArgs>) -> Result<Drawing, Error> {
         let formats = self.formats()?;
-        let without = |option, typed: bool, needed: &str, has: bool| match typed && !has {
-            true => Err(Error::Request {
-                option,
-                expected: format!("{needed} among `--figures`: it has no effect on others"),
-                found: self.formats_text(),
-            }),
-            false => Ok(()),
-        };
-        let draws = !formats.is_empty();
-        let some = "a format";
-        without("style", self.style.is_some(), some, draws)?;
-        without("figure-size", self.figure_size.is_some(), some, draws)?;
-        let png = formats.contains(&Format::Png);
-        without("dpi", self.dpi.is_some(), "`png`", png)?;
-        self.present.check(draws, png)?;
-        if let Some(colors) = colors {
-            without("colormap", colors.colormap.is_some(), some, draws)?;
-            without("decades", colors.decades.is_some(), some, draws)?;
-            without("db", colors.db.is_some(), some, draws)?;
-        }
+        self.present
+            .check(!formats.is_empty(), formats.contains(&Format::Png))?;
         let style = self.style(colors);
         style.check()?;
         Ok(Drawing {
@@ -174,27 +156,6 @@ impl FigureArgs {
             style,
             present: self.present,
         })
-    }
-
-    /// That no option is given where nothing is drawn.
-    pub fn refuse_without(&self, draws: bool, needed: &str) -> Result<(), Error> {
-        let options = [
-            ("figures", !self.figures.is_empty()),
-            ("style", self.style.is_some()),
-            ("figure-size", self.figure_size.is_some()),
-            ("dpi", self.dpi.is_some()),
-            ("open", self.present.open),
-            ("show", self.present.show.is_some()),
-        ];
-        let typed = options.into_iter().find(|(_, typed)| *typed && !draws);
-        match typed {
-            None => Ok(()),
-            Some((option, _)) => Err(Error::Request {
-                option,
-                expected: format!("{needed} beside it: nothing is drawn otherwise"),
-                found: "it alone".into(),
-            }),
-        }
     }
 
     /// The formats typed, each once.
@@ -215,15 +176,6 @@ impl FigureArgs {
             });
         }
         Ok(chosen)
-    }
-
-    fn formats_text(&self) -> String {
-        let values = self.figures.iter().filter_map(FigureArg::to_possible_value);
-        let names: Vec<String> = values.map(|value| value.get_name().to_owned()).collect();
-        match names.is_empty() {
-            true => "png".into(),
-            false => names.join(","),
-        }
     }
 
     fn style(&self, colors: Option<&ColorArgs>) -> Style {

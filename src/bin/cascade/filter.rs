@@ -3,8 +3,8 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use clap::builder::UnknownArgumentValueParser;
-use clap::{Args, ValueEnum};
 use serde_json::json;
 use wavecascade::analyze::{Filtered, filtered};
 use wavecascade::field::{Axis, OpenOptions};
@@ -14,7 +14,7 @@ use wavecascade::transform::{Passband, Travelling};
 use wavecascade::{Error, Field};
 
 use crate::analyze::{named_after, open_options, own, print_notes};
-use crate::args::Input;
+use crate::args::{Input, choice};
 use crate::chain_args::How;
 use crate::estimates::subject_of;
 use crate::failure::Failure;
@@ -86,15 +86,14 @@ pub struct Filter {
     pub input: Input,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Towards {
+choice!(Towards => Travelling {
     /// Waves that travel towards +x.
-    PlusX,
+    PlusX => Self::TowardPlusX,
     /// Waves that travel towards -x.
-    MinusX,
+    MinusX => Self::TowardMinusX,
     /// What has no direction: f or k is 0 or at a Nyquist limit.
-    Nowhere,
-}
+    Nowhere => Self::Nowhere,
+});
 
 /// Runs the command.
 pub fn run(typed: Filter) -> Result<(), Failure> {
@@ -206,12 +205,7 @@ impl Filter {
             frequency: frequency.transpose()?.map(from_zero),
             wavenumber: wavenumber.transpose()?.map(from_zero),
             speed: self.speed.map(from_zero),
-            travelling: match self.towards {
-                None => Travelling::Anywhere,
-                Some(Towards::PlusX) => Travelling::TowardPlusX,
-                Some(Towards::MinusX) => Travelling::TowardMinusX,
-                Some(Towards::Nowhere) => Travelling::Nowhere,
-            },
+            travelling: self.towards.map_or(Travelling::Anywhere, Into::into),
         };
         band.check()?;
         Ok(band)

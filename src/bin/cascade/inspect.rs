@@ -6,8 +6,11 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 use wavecascade::analyze::{Warning, channel_findings};
-use wavecascade::field::{Axis, Inspection, OpenOptions, Scanned, inspect};
+use wavecascade::field::{
+    Axis, Inspection, OpenOptions, ScanRecord, Scanned, VariableInfo, inspect,
+};
 use wavecascade::observer::Silent;
+use wavecascade::sheet::Table;
 use wavecascade::{Error, Field};
 
 use crate::advice;
@@ -15,7 +18,7 @@ use crate::analyze::open_options;
 use crate::args::Input;
 use crate::failure::Failure;
 use crate::scan_args::{ScanArgs, records_json};
-use crate::table::Table;
+use crate::table;
 use crate::terminal::{self, HEADING, number, paragraphs, styled};
 use crate::words::quoted;
 
@@ -175,28 +178,28 @@ fn list_scan(typed: &Inspect, scanned: &Scanned, doubts: &[Warning]) -> Result<(
     for line in std::iter::once(shape(field)).chain(notes) {
         write!(out, "{}", paragraphs(&[line], width))?;
     }
-    let mut table = Table::new("file")
-        .numbers("position")
-        .numbers("times")
-        .numbers("delay, samples")
-        .numbers("correlation");
-    let (head, tail) = match records.len() {
-        n if n <= 2 * SHOWN => (&records[..], &records[..0]),
-        n => (&records[..SHOWN], &records[n - SHOWN..]),
-    };
-    for (n, record) in head.iter().chain(tail).enumerate() {
-        if n == head.len() {
-            table.row(vec!["..".into(); 5]);
-        }
-        table.row(vec![
+    let row = |record: &ScanRecord| {
+        vec![
             record.path.display().to_string(),
             number(record.position),
             record.n_times.to_string(),
             number(record.delay),
             record.correlation.map(number).unwrap_or_default(),
-        ]);
+        ]
+    };
+    let mut rows: Vec<Vec<String>> = records.iter().map(row).collect();
+    if rows.len() > 2 * SHOWN {
+        let left_out = vec![
+            "..".into(),
+            String::new(),
+            String::new(),
+            String::new(),
+            String::new(),
+        ];
+        rows.splice(SHOWN..rows.len() - SHOWN, [left_out]);
     }
-    write!(out, "\n{}", table.text(width))?;
+    let head = ["file", "position", "times", "delay, samples", "correlation"];
+    write!(out, "\n{}", table::text(&Table::of("", &head, rows), width))?;
     print_channels(&mut out, typed, doubts)?;
     Ok(writeln!(out, "next: {}", command(typed, field))?)
 }
@@ -213,27 +216,29 @@ fn listed(found: &Inspection, width: usize) -> String {
     if found.variables.is_empty() {
         return text;
     }
-    let mut table = Table::new("array")
-        .words("dimensions")
-        .words("type")
-        .words("samples")
-        .words("unit");
-    for v in &found.variables {
+    let row = |v: &VariableInfo| {
         let place = if v.is_in_place { "in place" } else { "decoded" };
         let unit = v.attributes.iter().find(|(name, _)| name == "units");
         let coordinates: Vec<String> = v.coordinates.iter().flatten().cloned().collect();
-        table.noted_row(
-            vec![
-                v.path.clone(),
-                v.dimensions.clone(),
-                v.sample.clone(),
-                place.to_owned(),
-                unit.map(|(_, unit)| unit.clone()).unwrap_or_default(),
-            ],
-            &coordinates.join("; "),
-        );
-    }
-    text + &table.text(width)
+        vec![
+            v.path.clone(),
+            v.dimensions.clone(),
+            v.sample.clone(),
+            place.to_owned(),
+            unit.map(|(_, unit)| unit.clone()).unwrap_or_default(),
+            coordinates.join("; "),
+        ]
+    };
+    let head = [
+        "array",
+        "dimensions",
+        "type",
+        "samples",
+        "unit",
+        "coordinates",
+    ];
+    let rows = found.variables.iter().map(row);
+    text + &table::text(&Table::of("", &head, rows), width)
 }
 
 /// Lengths, steps and units of a field.

@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args};
 use wavecascade::Error;
 use wavecascade::arrays::Precision;
 use wavecascade::chain::contact::{Ellipse, Material};
@@ -17,6 +17,7 @@ use wavecascade::report::{Archive, Provenance, ResultDirectory, localized_snippe
 use wavecascade::sheet::Describe;
 
 use crate::analyze::use_threads;
+use crate::args::choice;
 use crate::budget::command;
 use crate::chain_args::How;
 use crate::described::Described;
@@ -27,6 +28,8 @@ use crate::progress::Progress;
 
 /// What `cascade localize` takes.
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("written").multiple(true).args(["out", "profile"]))]
+#[command(mut_arg("open", |arg| arg.requires("written")), mut_arg("show", |arg| arg.requires("written")))]
 pub struct Localize {
     /// Orders, both ends included, from 1, the homogeneous chain, to 60.
     #[arg(long, value_name = "N|FIRST..LAST", default_value = "1..8", value_parser = orders)]
@@ -74,28 +77,17 @@ pub struct Localize {
     pub figures: FigureArgs,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Of {
-    Stiffness,
-    Mass,
-}
+choice!(Of => Alternation {
+    Stiffness => Self::Stiffness,
+    Mass => Self::Mass,
+});
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Form {
+choice!(Form => Ellipse {
     /// The published `b/a = (A/B)^(2/3)`.
-    Approximate,
+    Approximate => Self::Approximate,
     /// From the transcendental equation.
-    Exact,
-}
-
-impl From<Form> for Ellipse {
-    fn from(form: Form) -> Ellipse {
-        match form {
-            Form::Approximate => Ellipse::Approximate,
-            Form::Exact => Ellipse::Exact,
-        }
-    }
-}
+    Exact => Self::Exact,
+});
 
 fn orders(text: &str) -> Result<RangeInclusive<usize>, String> {
     let (first, last) = text.split_once("..").unwrap_or((text, text));
@@ -116,10 +108,7 @@ fn one_order(text: &str) -> Result<usize, String> {
 impl Localize {
     pub fn family(&self) -> Family {
         Family {
-            alternation: match self.alternation {
-                Of::Stiffness => Alternation::Stiffness,
-                Of::Mass => Alternation::Mass,
-            },
+            alternation: self.alternation.into(),
             exponent: self.exponent,
         }
     }
@@ -146,25 +135,6 @@ impl Localize {
 
     fn comparison(&self) -> Result<Comparison, Error> {
         let strikes = self.direct || self.angles;
-        let needless = [
-            (
-                "cells",
-                self.cells.is_some() && !strikes,
-                "--direct or --angles",
-            ),
-            (
-                "radius",
-                self.body.radius.is_some() && !self.angles,
-                "--angles",
-            ),
-        ];
-        if let Some((option, _, needed)) = needless.into_iter().find(|(_, is_one, _)| *is_one) {
-            return Err(Error::Request {
-                option,
-                expected: format!("{needed} beside it"),
-                found: "it alone".into(),
-            });
-        }
         let body = match self.body.material()? {
             Some(material) => self.body.radius.map(|radius| (radius, material)),
             None => None,
@@ -228,9 +198,6 @@ pub fn run(typed: Localize) -> Result<(), Failure> {
         .profile
         .map(|order| PathBuf::from(format!("localized-{order}")));
     let out = typed.out.clone().or(default);
-    typed
-        .figures
-        .refuse_without(out.is_some(), "`--profile` or `--out`")?;
     let drawing = typed.figures.drawing()?;
     use_threads(typed.how.threads.map(usize::from))?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
@@ -291,7 +258,7 @@ pub struct Body {
     pub poisson: Option<f64>,
 
     /// Radius of both, such as 9mm.
-    #[arg(long, value_parser = parse::measure::<Length>, allow_negative_numbers = true)]
+    #[arg(long, value_parser = parse::measure::<Length>, requires = "angles", allow_negative_numbers = true)]
     pub radius: Option<f64>,
 }
 

@@ -15,7 +15,6 @@ mod convert;
 mod described;
 mod design;
 mod dispersion;
-mod effect;
 mod estimates;
 mod examples;
 mod failure;
@@ -88,7 +87,7 @@ fn run(cli: Cli) -> Result<(), Failure> {
                 false => analyze::run(&typed, &files),
             }
         }
-        Command::Triads(typed) => estimates::run(&*typed),
+        Command::Triads(typed) => triads::run(&typed),
         Command::Estimate(typed) => typed.run(),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),

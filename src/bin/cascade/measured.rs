@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use wavecascade::budget::measured::{
     Drift, MeasuredMotion, MeasuredOptions, Noise, Uncertainty, from_field,
 };
@@ -15,7 +15,7 @@ use wavecascade::report::{ArrayFile, write_measured_arrays};
 use wavecascade::{Error, Field, Result};
 
 use crate::analyze::{open_options, print_notes};
-use crate::args::Input;
+use crate::args::{Input, choice};
 use crate::parse;
 use crate::show_args::stated;
 use crate::view_args::{ViewArgs, request_of};
@@ -64,14 +64,13 @@ pub struct MeasuredArgs {
     pub input: Input,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum DriftArg {
-    None,
+choice!(DriftArg => Drift {
+    None => Self::None,
     /// An offset each.
-    Constant,
+    Constant => Self::Constant,
     /// An offset and a slope each.
-    Linear,
-}
+    Linear => Self::Linear,
+});
 
 /// A measured motion and the request for its budgets.
 pub struct MeasuredInput {
@@ -129,11 +128,7 @@ pub fn of_field(
                 offset: stated("offset", typed.offset, unit)?.unwrap_or(0.0),
             },
         },
-        drift: match typed.drift {
-            DriftArg::None => Drift::None,
-            DriftArg::Constant => Drift::Constant,
-            DriftArg::Linear => Drift::Linear,
-        },
+        drift: typed.drift.into(),
         uncertainty: Uncertainty {
             gain: typed.gain_error.clone(),
             coefficient: typed.coefficient_error.clone(),
@@ -206,67 +201,5 @@ impl MeasuredInput {
         let (budget, errors) = self.motion.run(&self.request, file, observer)?;
         write_measured_arrays(&self.motion, &errors, &budget.units, file)?;
         Ok(budget)
-    }
-}
-
-/// What an option for a measured field expects, where there is none.
-pub const WITH_SCENE: &str = "`--scene` beside it: a run file states its axes itself";
-
-/// An option for a measured field without one.
-pub fn without_field(option: &'static str, expected: &str) -> Error {
-    Error::request(option, expected, "a run")
-}
-
-/// That no option for a measured field was given without one.
-pub fn refuse_options_of_fields(typed: &Input, expected: &str) -> Result<()> {
-    let Input {
-        layout,
-        dt,
-        rate,
-        dx,
-        t0,
-        x0,
-        time_unit,
-        space_unit,
-        unit,
-        quantity,
-        variable,
-        time_dim,
-        space_dim,
-        at,
-        select,
-        jitter,
-        resample,
-        delays,
-        header,
-        time_column,
-        read,
-    } = typed;
-    let given = [
-        ("layout", layout.is_some()),
-        ("dt", dt.is_some()),
-        ("rate", rate.is_some()),
-        ("dx", dx.is_some()),
-        ("t0", t0.is_some()),
-        ("x0", x0.is_some()),
-        ("time-unit", time_unit.is_some()),
-        ("space-unit", space_unit.is_some()),
-        ("unit", unit.is_some()),
-        ("quantity", quantity.is_some()),
-        ("variable", variable.is_some()),
-        ("time-dim", time_dim.is_some()),
-        ("space-dim", space_dim.is_some()),
-        ("at", !at.is_empty()),
-        ("select", !select.is_empty()),
-        ("jitter", jitter.is_some()),
-        ("resample", resample.is_some()),
-        ("delays", delays.is_some()),
-        ("header", header.is_some()),
-        ("time-column", time_column.is_some()),
-        ("read", read.is_some()),
-    ];
-    match given.into_iter().find(|(_, given)| *given) {
-        None => Ok(()),
-        Some((option, _)) => Err(without_field(option, expected)),
     }
 }

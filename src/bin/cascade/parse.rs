@@ -152,6 +152,11 @@ impl Overlap {
     }
 }
 
+/// Samples that neighbouring segments of a stated length have in common.
+pub fn overlap_of(overlap: Option<Overlap>, segment: Option<usize>) -> Option<usize> {
+    Some(overlap?.of(segment?))
+}
+
 /// A whole number of samples, or a share between 0 and 1 (also `50%`).
 pub fn overlap(text: &str) -> Result<Overlap, String> {
     let expected = "expected a number of samples, or a share between 0 and 1 such as 0.5 or 50%";

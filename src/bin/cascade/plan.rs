@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use clap::Args;
 use clap::builder::RangedU64ValueParser;
-use clap::{Args, ValueEnum};
 use wavecascade::Error;
 use wavecascade::chain::scene::{SceneSource, Units};
 use wavecascade::measure::{Frequency, Measure};

@@ -73,18 +73,6 @@ impl PresentArgs {
         }
     }
 
-    /// That there is one picture to show, which several results have not.
-    pub fn refuse_for_several(self, fields: usize) -> Result<(), Error> {
-        match self.show {
-            None => Ok(()),
-            Some(_) => Err(Error::Request {
-                option: "show",
-                expected: "one field: the page of several has no one picture".into(),
-                found: format!("{fields} fields"),
-            }),
-        }
-    }
-
     /// Shows the main picture beside a page, and opens the page.
     pub fn run(self, page: &Path) -> Result<(), Failure> {
         if let (Some(show), Some(picture)) = (self.show, picture_of(page)) {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde_json::{Value, json};
 use wavecascade::field::{EqualPositions, OpenOptions, PositionFrom, Scan, ScanRecord};
 use wavecascade::{Error, Field};

@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
-use wavecascade::chain::scene::{Choice, Kind, Property, Setting, properties};
+use wavecascade::chain::scene::{Choice, Kind, Property, Setting, UNSET, properties};
 
 /// The keys that were typed as options.
 #[derive(Debug, Clone, Default)]
@@ -25,7 +25,7 @@ impl Args for SceneKeys {
             match hidden {
                 true => {
                     let more = format!(
-                        "Every key of a scene is an option, too, such as `--stiffness-ratio 4.9`.\n\
+                        "Every key of a scene is an option, too, such as `--stiffness-ratio 4.9`; `none` unsets one.\n\
                          `cascade {} --help scene` lists them by topic.",
                         command.get_name()
                     );
@@ -90,7 +90,9 @@ fn option(property: &'static Property) -> Arg {
                     about => value.help(about.trim_end_matches('.')),
                 }
             });
-            arg.value_parser(PossibleValuesParser::new(values))
+            let has_none = choices.iter().any(|choice| choice.name == UNSET);
+            let unset = (!has_none).then(|| PossibleValue::new(UNSET).hide(true));
+            arg.value_parser(PossibleValuesParser::new(values.chain(unset)))
         }
         Kind::Choices(choices) => {
             let names: Vec<&str> = choices.iter().map(|choice| choice.name.as_str()).collect();

@@ -64,18 +64,6 @@ pub struct ShowArgs {
 }
 
 impl ShowArgs {
-    /// The options that were typed, by name.
-    pub fn typed(&self) -> impl Iterator<Item = &'static str> {
-        let options = [
-            ("show-frequency", self.show_frequency.is_some()),
-            ("show-wavenumber", self.show_wavenumber.is_some()),
-            ("show-time", self.show_time.is_some()),
-            ("show-space", self.show_space.is_some()),
-        ];
-        let typed = options.into_iter().filter(|(_, typed)| *typed);
-        typed.map(|(option, _)| option)
-    }
-
     /// The limits in the units of the field's axes.
     pub fn of_field(&self, field: &Field) -> Result<Show, Error> {
         let (time, length) = (field.time.unit.as_deref(), field.space.unit.as_deref());

@@ -2,9 +2,9 @@
 
 use std::io::Write;
 
-use wavecascade::sheet::{self, Sheet};
+use wavecascade::sheet::{Sheet, Table};
 
-use crate::table::Table;
+use crate::table;
 use crate::text::{HEADING, Lines, Tone, labelled, paragraphs, stdout, styled, width, wrapped};
 
 /// Lines that a summary has at most, where not all details are asked for.
@@ -86,7 +86,7 @@ impl Summary {
     }
 
     /// A table of a result: its rows, or names with their values.
-    fn table(&mut self, table: &sheet::Table) {
+    fn table(&mut self, table: &Table) {
         let rank = if table.is_fact {
             Rank::Fact
         } else {
@@ -104,7 +104,7 @@ impl Summary {
             let title = Part::Paragraph(table.title.clone());
             self.parts.push((rank, title));
         }
-        self.parts.push((rank, Part::Rows(Table::of(table))));
+        self.parts.push((rank, Part::Rows(table.clone())));
     }
 
     fn line(&mut self, rank: Rank, name: &str, value: &str) {
@@ -277,7 +277,7 @@ impl Part {
                 lines.line(name, value);
                 lines.text
             }
-            Part::Rows(table) => table.text(width),
+            Part::Rows(rows) => table::text(rows, width),
             Part::Paragraph(text) => paragraphs(std::slice::from_ref(text), width),
         }
     }
@@ -364,10 +364,8 @@ mod tests {
 
     #[test]
     fn a_long_table_is_cut() {
-        let mut table = Table::new("n").numbers("value");
-        for n in 0..30 {
-            table.row(vec![n.to_string(), "1".into()]);
-        }
+        let rows = (0..30).map(|n| vec![n.to_string(), "1".into()]);
+        let table = Table::of("", &["n", "value"], rows);
         let mut summary = Summary::new("a", "b");
         summary.rows(table);
         let said = plain(&summary.cut(80));

@@ -4,24 +4,22 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
+use wavecascade::Error;
 use wavecascade::budget::{Motion, Triads as Found, TriadsRequest, chain_triads};
-use wavecascade::field::is_run_file;
+use wavecascade::field::{file_hash, is_run_file};
 use wavecascade::observer::Observer;
 use wavecascade::report::RunFile;
-use wavecascade::{Error, Field};
 
-use crate::estimates::{Computation, EstimateArgs, Typed};
-use crate::further::input_options;
+use crate::described::{self, ResultArgs};
+use crate::failure::Failure;
 use crate::parse;
 use crate::view_args::request_of;
-use crate::words;
 
 /// What `cascade triads` takes.
 #[derive(Debug, Args)]
 pub struct Triads {
     /// Run file of `cascade simulate`.
-    #[arg(required = true, num_args = 1, value_name = "RUN")]
-    pub run: Vec<PathBuf>,
+    pub run: PathBuf,
 
     /// Samples over which transfers are integrated, the end excluded [default: all].
     #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
@@ -30,10 +28,21 @@ pub struct Triads {
     #[arg(long, value_name = "BYTES", value_parser = parse::bytes)]
     pub memory: Option<u64>,
     #[command(flatten)]
-    pub estimate: EstimateArgs,
+    pub result: ResultArgs,
 }
 
 impl Triads {
+    /// The run of a file.
+    ///
+    /// # Errors
+    /// [`Error::Unfit`] for a file that is none.
+    pub fn read(&self) -> Result<RunFile, Error> {
+        if self.run.is_file() && !is_run_file(&self.run)? {
+            return Err(not_a_run(&self.run));
+        }
+        RunFile::read(&self.run)
+    }
+
     /// Of a run and its scene.
     pub fn of_run(&self, file: &RunFile, observer: &dyn Observer) -> Result<Found, Error> {
         let motion = Motion::of(&file.run)?;
@@ -41,66 +50,31 @@ impl Triads {
         let request = TriadsRequest {
             window: self.window_samples.clone(),
             units: base.units,
-            threads: self.estimate.threads(),
+            threads: self.result.how.threads.map(usize::from),
             memory: self.memory,
         };
-        chain_triads(&motion, base.pitch, &request, observer)
+        let found = chain_triads(&motion, base.pitch, &request, observer);
+        found.map_err(|error| error.of_file(&self.run))
     }
 }
 
-impl Typed for Triads {
-    type Found = Found;
-    const COMMAND: &'static str = "triads";
-    const EXTENSION: &'static str = "npz";
-
-    fn fields(&self) -> &[PathBuf] {
-        &self.run
-    }
-
-    fn shared(&self) -> &EstimateArgs {
-        &self.estimate
-    }
-
-    fn memory(&self) -> Option<u64> {
-        self.memory
-    }
-
-    fn computation(&self) -> Result<impl Computation<Found>, Error> {
-        let path = &self.run[0];
-        let is_run = path.is_file() && is_run_file(path)?;
-        // What is no file is told where it is opened.
-        if path.is_file() {
-            self.check(&path.display().to_string(), is_run, words::as_text())?;
-        }
-        Ok(move |_: &[&Field], observer: &dyn Observer| {
-            let found = self.of_run(&RunFile::read(path)?, observer);
-            found.map_err(|error| error.of_file(path))
-        })
+/// A field, whose law is not known.
+pub fn not_a_run(name: &std::path::Path) -> Error {
+    Error::Unfit {
+        path: name.to_owned(),
+        expected: "a run file of `cascade simulate`, whose law is known".into(),
+        found: "a file that is no run".into(),
     }
 }
 
-impl Triads {
-    /// That it is a run, and that the words have no axes for it.
-    ///
-    /// # Errors
-    /// [`Error::Unfit`].
-    pub fn check(&self, name: &str, is_run: bool, words: Vec<String>) -> Result<(), Error> {
-        let typed = input_options(words);
-        let (expected, found) = match is_run {
-            false => (
-                "a run file of `cascade simulate`, whose law is known",
-                "a file that is no run",
-            ),
-            true if !typed.is_empty() => (
-                "no options of fields with a run file, which has its own axes",
-                typed.trim(),
-            ),
-            true => return Ok(()),
-        };
-        Err(Error::Unfit {
-            path: name.into(),
-            expected: expected.into(),
-            found: found.into(),
+/// Runs the command.
+pub fn run(typed: &Triads) -> Result<(), Failure> {
+    let file = (&*typed.run, "npz");
+    typed.result.make(file, "triads", |progress| {
+        Ok(described::Found {
+            found: typed.of_run(&typed.read()?, progress)?,
+            hash: Some(file_hash(&typed.run)?),
+            beside: None,
         })
-    }
+    })
 }

@@ -8,6 +8,7 @@ use wavecascade::budget::{Budget, BudgetRequest, BudgetUnits, Filter, Integratio
 use wavecascade::chain::scene::{Setup, Units};
 use wavecascade::measure::{Frequency, Length, Measure, Wavenumber, cycles_per};
 
+use crate::args::choice;
 use crate::parse;
 use crate::show_args::{of_axis, stated};
 
@@ -68,72 +69,16 @@ pub enum ViewArg {
     Scale,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FilterArg {
+choice!(FilterArg => Filter {
     /// sigma = l / sqrt(12).
-    Gaussian,
+    Gaussian => Self::Gaussian,
     /// Equal weights over l.
-    Box,
+    Box => Self::Box,
     /// Cut off at k = 2 pi / l; periodic chains only.
-    Sharp,
-}
+    Sharp => Self::Sharp,
+});
 
 impl ViewArgs {
-    /// The first option that was typed, by name.
-    pub fn typed(&self) -> Option<&'static str> {
-        let options = [
-            ("only", !self.only.is_empty()),
-            ("modes", self.modes),
-            ("from-samples", self.from_samples),
-            ("filter", self.filter != FilterArg::Gaussian),
-            ("scales", !self.scales.is_empty()),
-            ("map-scale", self.map_scale.is_some()),
-            ("band-edge-frequency", self.band_edge_frequency.is_some()),
-            ("band-edge-wavenumber", self.band_edge_wavenumber.is_some()),
-            ("between", !self.between.is_empty()),
-            ("window-samples", self.window_samples.is_some()),
-            ("window-sites", self.window_sites.is_some()),
-        ];
-        options
-            .into_iter()
-            .find_map(|(option, typed)| typed.then_some(option))
-    }
-
-    /// That no option is for a view that `--only` leaves out.
-    pub fn refuse_without_effect(&self) -> Result<(), Error> {
-        let has = |view| self.only.is_empty() || self.only.contains(&view);
-        let (k, f, l) = (ViewArg::Wavenumber, ViewArg::Frequency, ViewArg::Scale);
-        let typed = [
-            ("filter", self.filter != FilterArg::Gaussian, l, "scale"),
-            ("scales", !self.scales.is_empty(), l, "scale"),
-            ("map-scale", self.map_scale.is_some(), l, "scale"),
-            ("between", !self.between.is_empty(), f, "frequency"),
-            (
-                "band-edge-frequency",
-                self.band_edge_frequency.is_some(),
-                f,
-                "frequency",
-            ),
-            (
-                "band-edge-wavenumber",
-                self.band_edge_wavenumber.is_some(),
-                k,
-                "wavenumber",
-            ),
-        ];
-        match typed
-            .into_iter()
-            .find(|&(_, typed, view, _)| typed && !has(view))
-        {
-            None => Ok(()),
-            Some((option, _, _, view)) => Err(Error::Request {
-                option,
-                expected: format!("`{view}` among `--only`: it has no effect on other views"),
-                found: "`--only` without it".into(),
-            }),
-        }
-    }
-
     pub fn request(&self, setup: &Setup) -> Result<BudgetRequest, Error> {
         let simulation = &setup.simulation;
         let sites = simulation.chain.n_sites();
@@ -191,11 +136,7 @@ impl ViewArgs {
                 scale: only(ViewArg::Scale),
             },
             normal_modes: self.modes,
-            filter: match self.filter {
-                FilterArg::Gaussian => Filter::Gaussian,
-                FilterArg::Box => Filter::Box,
-                FilterArg::Sharp => Filter::Sharp,
-            },
+            filter: self.filter.into(),
             scales: scales.collect::<Result<_, _>>()?,
             map_scale: stated("map-scale", self.map_scale, length)?,
             band_edge_frequency: stated(

@@ -35,6 +35,6 @@ pub use description::{Description, ResonatorsDescription};
 pub use presets::{PRESETS, Preset, preset};
 pub use properties::{Choice, Kind, Property, properties, schema};
 pub use setup::Setup;
-pub use source::{SceneSource, Setting};
+pub use source::{SceneSource, Setting, UNSET};
 pub use template::template;
 pub use typed::Scene;

@@ -22,7 +22,7 @@ pub struct Setting {
     /// Name of the field, such as `stiffness_ratio`.
     pub key: String,
     /// As typed: `4.9`, `9 mm`, `stiff`, lists with commas (`1,4.9`), a table as
-    /// `site=20,factor=2`.
+    /// `site=20,factor=2`; [`UNSET`] takes the key out of the scene, where it is no value of it.
     pub text: String,
     /// What set it, for messages: `--stiffness-ratio`.
     pub source: String,
@@ -38,6 +38,9 @@ impl Setting {
         }
     }
 }
+
+/// What a setting says of a key that is to be left out.
+pub const UNSET: &str = "none";
 
 /// Keys of other programs, in small letters, and what serves instead.
 const ELSEWHERE: [(&[&str], &str); 7] = [
@@ -270,6 +273,10 @@ impl SceneSource {
         let mut places = Places::of_text(self.path.as_deref(), &self.text, spanned.get_ref());
         let mut table: Table = toml::from_str(&self.text).map_err(|error| syntax(&error))?;
         for Setting { key, text, source } in &self.settings {
+            if unsets(key, text) {
+                table.remove(key);
+                continue;
+            }
             let value = value_of(key, text).map_err(|expected| {
                 let place = KeyPlace::Setting {
                     source: source.clone(),
@@ -305,6 +312,13 @@ fn in_place_of(key: &str) -> String {
         (None, Some(name)) => format!("a key of scenes (`{name}`?)"),
         (None, None) => "a key of scenes".into(),
     }
+}
+
+/// Whether a setting takes a key out of the scene, by `none` where that is no value of it.
+fn unsets(key: &str, text: &str) -> bool {
+    let is_value =
+        matches!(kind_of(key), Some(Kind::Choice(all)) if all.iter().any(|one| one.name == UNSET));
+    text.trim() == UNSET && !is_value && property(key).is_some()
 }
 
 fn kind_of(key: &str) -> Option<&'static Kind> {

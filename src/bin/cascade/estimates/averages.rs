@@ -18,12 +18,11 @@ const OF_PARTS: [&str; 7] = [
     "significance",
 ];
 
-/// How a record gives several realisations.
+/// How a record gives several realisations, under one window.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Averages")]
-#[command(group = ArgGroup::new("averaging").multiple(true).args(OF_PARTS))]
-pub struct AverageArgs {
-    /// Samples a segment [default: a power of two near an eighth of the record; with `--multitaper` all].
+pub struct SegmentArgs {
+    /// Samples a segment [default: a power of two that leaves enough segments; with `--multitaper` all].
     #[arg(long, value_name = "SAMPLES")]
     pub segment: Option<usize>,
     /// Samples, or share, that neighbouring segments have in common [default: half].
@@ -31,38 +30,51 @@ pub struct AverageArgs {
     pub overlap: Option<parse::Overlap>,
     /// Taper of the segments: none, hann, hamming, blackman-harris, flat-top, tukey[:TAPER],
     /// kaiser[:BETA], dpss[:NW].
-    #[arg(long, value_name = "WINDOW", default_value_t = Window::USUAL, conflicts_with = "multitaper")]
+    #[arg(long, value_name = "WINDOW", default_value_t = Window::USUAL)]
     pub window: Window,
-    /// Thomson's method: K Slepian tapers of time-bandwidth product NW, at most 2 NW - 1, such as 4,7.
-    #[arg(long, value_name = "NW,K", value_parser = parse::multitaper)]
-    pub multitaper: Option<(f64, usize)>,
     /// Remove from each segment.
     #[arg(long, value_enum, default_value_t = DetrendArg::Mean, value_name = "WHAT")]
     pub detrend: DetrendArg,
     /// What to do with samples that are not finite.
     #[arg(long, value_enum, default_value_t = GapsArg::Refuse)]
     pub gaps: GapsArg,
-    /// Probability by which the level of significance is exceeded by chance.
+    /// Probability by which a level is exceeded by chance, and by which an interval errs.
     #[arg(long, value_name = "SHARE", default_value_t = SIGNIFICANCE, value_parser = parse::share)]
     pub significance: f64,
-    /// Working memory, such as 500MB or 2GiB [default: half of the free memory].
-    #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
-    pub memory: Option<u64>,
+}
+
+/// The same under one window or several tapers.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Averages")]
+#[command(group = ArgGroup::new("averaging").multiple(true).args(OF_PARTS))]
+pub struct AverageArgs {
+    #[command(flatten)]
+    pub segments: SegmentArgs,
+    /// Thomson's method: K Slepian tapers of time-bandwidth product NW, at most 2 NW - 1, such as 4,7.
+    #[arg(long, value_name = "NW,K", value_parser = parse::multitaper, conflicts_with = "window")]
+    pub multitaper: Option<(f64, usize)>,
+}
+
+impl SegmentArgs {
+    pub fn averaging(&self) -> Averaging {
+        Averaging {
+            segment: self.segment,
+            overlap: parse::overlap_of(self.overlap, self.segment),
+            tapers: Tapers::Window(self.window),
+            detrend: self.detrend.into(),
+        }
+    }
 }
 
 impl AverageArgs {
     pub fn averaging(&self) -> Averaging {
+        let usual = self.segments.averaging();
+        let slepian = self
+            .multitaper
+            .map(|(nw, count)| Tapers::Slepian { nw, count });
         Averaging {
-            segment: self.segment,
-            overlap: self
-                .overlap
-                .zip(self.segment)
-                .map(|(overlap, segment)| overlap.of(segment)),
-            tapers: match self.multitaper {
-                Some((nw, count)) => Tapers::Slepian { nw, count },
-                None => Tapers::Window(self.window),
-            },
-            detrend: self.detrend.into(),
+            tapers: slepian.unwrap_or(usual.tapers),
+            ..usual
         }
     }
 }

@@ -1,27 +1,20 @@
 //! `cascade bicoherence`: coupling of three frequencies, and on request the transfer between two sites.
 
-use std::ops::Range;
-use std::path::PathBuf;
-
 use clap::Args;
+use std::ops::Range;
 use wavecascade::estimates::{Bicoherence, BicoherenceRequest, Transfer, bicoherence, transfer};
 use wavecascade::observer::Observer;
 use wavecascade::sheet::{Describe, PlotRow, Sheet};
 use wavecascade::{Error, Field};
 
+use crate::estimates::averages::SegmentArgs;
 use crate::estimates::transfer::TransferArgs;
-use crate::estimates::triple_args::TripleArgs;
 use crate::estimates::{Computation, EstimateArgs, Typed};
 use crate::parse;
 
 /// What `cascade bicoherence` takes.
 #[derive(Debug, Args)]
 pub struct BicoherenceArgs {
-    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
-    /// same sites, which are averaged.
-    #[arg(required = true, value_name = "FIELD")]
-    pub fields: Vec<PathBuf>,
-
     /// Index of the site of the two frequencies that are added.
     #[arg(long, short, value_name = "SITE", default_value_t = BicoherenceRequest::default().site)]
     pub site: usize,
@@ -39,7 +32,7 @@ pub struct BicoherenceArgs {
     pub every: usize,
 
     #[command(flatten)]
-    pub averages: TripleArgs,
+    pub averages: SegmentArgs,
     #[command(flatten)]
     pub transfer: TransferArgs,
     #[command(flatten)]
@@ -56,16 +49,8 @@ impl Typed for BicoherenceArgs {
     type Found = Found;
     const COMMAND: &'static str = "bicoherence";
 
-    fn fields(&self) -> &[PathBuf] {
-        &self.fields
-    }
-
     fn shared(&self) -> &EstimateArgs {
         &self.estimate
-    }
-
-    fn memory(&self) -> Option<u64> {
-        self.averages.memory
     }
 
     fn computation(&self) -> Result<impl Computation<Found>, Error> {
@@ -99,7 +84,7 @@ impl BicoherenceArgs {
             gaps: self.averages.gaps.into(),
             alpha: self.averages.significance,
             threads: self.estimate.threads(),
-            memory: self.averages.memory,
+            memory: self.estimate.memory,
         }
     }
 }

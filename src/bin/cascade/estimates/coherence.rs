@@ -1,7 +1,5 @@
 //! `cascade coherence`: all sites of a field against a reference.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use wavecascade::estimates::{
     Coherence as Found, CoherenceRequest, Combined, DividedRequest, coherence,
@@ -16,12 +14,8 @@ use crate::failure::Failure;
 
 /// What `cascade coherence` takes.
 #[derive(Debug, Args)]
+#[command(mut_arg("fields", |arg| arg.required(false).required_unless_present("merge")))]
 pub struct Coherence {
-    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
-    /// same sites, which are averaged.
-    #[arg(required_unless_present = "merge", value_name = "FIELD")]
-    pub fields: Vec<PathBuf>,
-
     /// Index of the site that all others are compared with.
     #[arg(
         long,
@@ -44,16 +38,8 @@ impl Typed for Coherence {
     type Found = Found;
     const COMMAND: &'static str = "coherence";
 
-    fn fields(&self) -> &[PathBuf] {
-        &self.fields
-    }
-
     fn shared(&self) -> &EstimateArgs {
         &self.estimate
-    }
-
-    fn memory(&self) -> Option<u64> {
-        self.averages.memory
     }
 
     /// Or a part of it.
@@ -85,10 +71,10 @@ impl Coherence {
         CoherenceRequest {
             reference: self.reference,
             averaging: self.averages.averaging(),
-            gaps: self.averages.gaps.into(),
-            alpha: self.averages.significance,
+            gaps: self.averages.segments.gaps.into(),
+            alpha: self.averages.segments.significance,
             threads: self.estimate.threads(),
-            memory: self.averages.memory,
+            memory: self.estimate.memory,
         }
     }
 }

@@ -1,7 +1,5 @@
 //! `cascade increments`: structure functions and intermittency.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use wavecascade::estimates::{Increments as Found, IncrementsRequest, SIGNIFICANCE, increments};
 use wavecascade::observer::Observer;
@@ -13,11 +11,6 @@ use crate::parse;
 /// What `cascade increments` takes.
 #[derive(Debug, Args)]
 pub struct Increments {
-    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
-    /// same sites.
-    #[arg(required = true, value_name = "FIELD")]
-    pub fields: Vec<PathBuf>,
-
     /// Separations along x, in sites, such as 1,2,4,8 [default: powers of √2 up to a quarter of the sites].
     #[arg(long, value_name = "SITES,...", value_delimiter = ',')]
     pub separations: Option<Vec<usize>>,
@@ -36,9 +29,6 @@ pub struct Increments {
     /// Probability by which intervals do not hold.
     #[arg(long, value_name = "SHARE", default_value_t = SIGNIFICANCE, value_parser = parse::share)]
     pub significance: f64,
-    /// Working memory, such as 500MB or 2GiB [default: half of the free memory].
-    #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
-    pub memory: Option<u64>,
 
     #[command(flatten)]
     pub estimate: EstimateArgs,
@@ -48,16 +38,8 @@ impl Typed for Increments {
     type Found = Found;
     const COMMAND: &'static str = "increments";
 
-    fn fields(&self) -> &[PathBuf] {
-        &self.fields
-    }
-
     fn shared(&self) -> &EstimateArgs {
         &self.estimate
-    }
-
-    fn memory(&self) -> Option<u64> {
-        self.memory
     }
 
     fn computation(&self) -> Result<impl Computation<Found>, Error> {
@@ -69,7 +51,7 @@ impl Typed for Increments {
             histograms: self.histograms,
             alpha: self.significance,
             threads: self.estimate.threads(),
-            memory: self.memory,
+            memory: self.estimate.memory,
         };
         Ok(
             move |fields: &[&Field], observer: &dyn Observer| {

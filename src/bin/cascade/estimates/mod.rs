@@ -11,7 +11,6 @@ pub mod slope;
 pub mod spacetime;
 pub mod spectrum;
 pub mod transfer;
-pub mod triple_args;
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -32,6 +31,7 @@ use crate::described::Described;
 use crate::failure::Failure;
 use crate::fields::expanded;
 use crate::figure_args::{Drawing, FigureArgs};
+use crate::parse;
 use crate::progress::Progress;
 
 /// The commands on estimates of fields.
@@ -130,6 +130,11 @@ impl EstimateCommand {
 /// Where the result goes, and how it is made.
 #[derive(Debug, Args)]
 pub struct EstimateArgs {
+    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
+    /// same sites, which are averaged.
+    #[arg(required = true, value_name = "FIELD")]
+    pub fields: Vec<PathBuf>,
+
     /// Directory for the results; by default the field's name with the command's, here.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -137,6 +142,10 @@ pub struct EstimateArgs {
     /// Replace an existing result.
     #[arg(long)]
     pub force: bool,
+
+    /// Working memory, such as 500MB or 2GiB [default: half of the free memory].
+    #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
+    pub memory: Option<u64>,
 
     #[command(flatten)]
     pub input: Input,
@@ -159,15 +168,8 @@ pub trait Typed {
 
     /// Name of the command: that of the file of arrays, and the end of the default directory.
     const COMMAND: &'static str;
-    /// Extension of usual files of fields, which the default directory leaves out.
-    const EXTENSION: &'static str = "npy";
-
-    fn fields(&self) -> &[PathBuf];
 
     fn shared(&self) -> &EstimateArgs;
-
-    /// Working memory.
-    fn memory(&self) -> Option<u64>;
 
     /// What makes the estimate of the opened fields.
     ///
@@ -223,10 +225,10 @@ pub fn run<T: Typed>(command_typed: &T) -> Result<(), Failure> {
     let typed = command_typed.shared();
     let drawing = typed.figures.drawing()?;
     let ending = format!("-{}", T::COMMAND);
-    let default = |first: &Path| named_after(first, T::EXTENSION, &ending);
-    let (paths, out) = begin(command_typed.fields(), typed, default)?;
+    let default = |first: &Path| named_after(first, "npy", &ending);
+    let (paths, out) = begin(typed, default)?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let fields = open(&paths, typed, command_typed.memory(), true)?;
+    let fields = open(&paths, typed, true)?;
     let all: Vec<&Field> = fields.iter().collect();
     let found = compute(&all, &progress).map_err(|error| error.of_file(&paths[0]))?;
     let found = Examined {
@@ -250,13 +252,12 @@ pub fn run<T: Typed>(command_typed: &T) -> Result<(), Failure> {
     publish(command_typed, &found, &target, &drawing, &progress)
 }
 
-/// The files that `fields` names, and the directory of the result, which is checked before any work.
+/// The files of the fields, and the directory of the result, which is checked before any work.
 pub fn begin(
-    fields: &[PathBuf],
     typed: &EstimateArgs,
     default: impl FnOnce(&Path) -> PathBuf,
 ) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
-    let paths = expanded(fields)?;
+    let paths = expanded(&typed.fields)?;
     use_threads(typed.threads())?;
     let out = typed.out.clone().unwrap_or_else(|| default(&paths[0]));
     drop(ResultDirectory::create(&out, typed.force)?);
@@ -264,15 +265,10 @@ pub fn begin(
 }
 
 /// The fields, hashed if so.
-pub fn open(
-    paths: &[PathBuf],
-    typed: &EstimateArgs,
-    memory: Option<u64>,
-    hash: bool,
-) -> Result<Vec<Field>, Failure> {
+pub fn open(paths: &[PathBuf], typed: &EstimateArgs, hash: bool) -> Result<Vec<Field>, Failure> {
     let options = OpenOptions {
         hash,
-        ..open_options(&typed.input, memory)
+        ..open_options(&typed.input, typed.memory)
     };
     let mut fields = Vec::new();
     for path in paths {

@@ -1,7 +1,5 @@
 //! `cascade modes`: motions that are coherent along x, by frequency.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use wavecascade::estimates::{Modes as Found, ModesRequest, modes};
 use wavecascade::observer::Observer;
@@ -13,11 +11,6 @@ use crate::estimates::{Computation, EstimateArgs, Typed};
 /// What `cascade modes` takes.
 #[derive(Debug, Args)]
 pub struct Modes {
-    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
-    /// same sites, which are averaged.
-    #[arg(required = true, value_name = "FIELD")]
-    pub fields: Vec<PathBuf>,
-
     /// Frequencies whose modes are written, in cycles per unit of time, such as 0.1,0.25 [default: that of the
     /// largest eigenvalue, where a motion is coherent if there is one].
     #[arg(long, value_name = "F,...", value_delimiter = ',')]
@@ -37,16 +30,8 @@ impl Typed for Modes {
     type Found = Found;
     const COMMAND: &'static str = "modes";
 
-    fn fields(&self) -> &[PathBuf] {
-        &self.fields
-    }
-
     fn shared(&self) -> &EstimateArgs {
         &self.estimate
-    }
-
-    fn memory(&self) -> Option<u64> {
-        self.averages.memory
     }
 
     fn computation(&self) -> Result<impl Computation<Found>, Error> {
@@ -54,10 +39,10 @@ impl Typed for Modes {
             frequencies: self.frequencies.clone(),
             modes: self.modes,
             averaging: self.averages.averaging(),
-            gaps: self.averages.gaps.into(),
-            alpha: self.averages.significance,
+            gaps: self.averages.segments.gaps.into(),
+            alpha: self.averages.segments.significance,
             threads: self.estimate.threads(),
-            memory: self.averages.memory,
+            memory: self.estimate.memory,
         };
         Ok(move |fields: &[&Field], observer: &dyn Observer| modes(fields, &request, observer))
     }

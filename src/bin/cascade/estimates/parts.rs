@@ -88,13 +88,11 @@ pub fn run<T: InParts>(
 
 /// Sums a part, and writes it.
 fn write<T: InParts>(typed: &T, part: Part) -> Result<(), Failure> {
-    let (memory, name) = (typed.memory(), T::COMMAND);
-    let (command_line, fields) = (typed, typed.fields());
-    let typed = typed.shared();
-    let ending = format!("-{name}-{}-of-{}", part.number, part.of);
-    let (paths, out) = estimates::begin(fields, typed, |first| named_after(first, "npy", &ending))?;
+    let (command_line, typed) = (typed, typed.shared());
+    let ending = format!("-{}-{}-of-{}", T::COMMAND, part.number, part.of);
+    let (paths, out) = estimates::begin(typed, |first| named_after(first, "npy", &ending))?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let fields = estimates::open(&paths, typed, memory, false)?;
+    let fields = estimates::open(&paths, typed, false)?;
     let all: Vec<_> = fields.iter().collect();
     let request = command_line.divided()?;
     let sums =
@@ -145,7 +143,7 @@ fn merge<T: InParts>(
     directories: &[PathBuf],
     choose: impl FnOnce(Combined) -> Option<T::Found>,
 ) -> Result<(), Failure> {
-    let (typed, memory) = (command_line.shared(), command_line.memory());
+    let typed = command_line.shared();
     let drawing = typed.figures.drawing()?;
     use_threads(typed.threads())?;
     let Some(out) = &typed.out else {
@@ -160,7 +158,7 @@ fn merge<T: InParts>(
     let parts: Result<Vec<_>, Error> = directories.iter().map(about).collect();
     let parts = parts?;
     let fields = parts[0].1.fields.clone();
-    let (mut combination, order) = Combination::new(parts, memory)?;
+    let (mut combination, order) = Combination::new(parts, typed.memory)?;
     for at in order {
         progress.check()?;
         combination.add(&read_partial(&file(&directories[at]))?)?;

@@ -1,25 +1,20 @@
 //! `cascade ridges`: dispersion read off S(k, f).
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use wavecascade::observer::Observer;
 use wavecascade::prepare::Window;
 use wavecascade::ridges::{RidgeCut, RidgeLaw, Ridges as Found, RidgesRequest, ridges};
 use wavecascade::{Error, Field};
 
-use crate::args::{DetrendArg, GapsArg};
+use crate::args::{DetrendArg, GapsArg, choice};
 use crate::estimates::{Computation, EstimateArgs, Typed};
 use crate::parse;
 
 /// What `cascade ridges` takes.
 #[derive(Debug, Args)]
 pub struct Ridges {
-    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records of the same sites,
-    /// whose spectra are averaged.
-    #[arg(required = true, value_name = "FIELD")]
-    pub fields: Vec<PathBuf>,
-
     /// Fit a law to the ridges, by least squares: monatomic, diatomic, or a formula of k with the values its
     /// constants start from, such as `c*abs(k); c=1` (omega in rad per unit of time; a is the distance of
     /// sites). May be repeated.
@@ -67,36 +62,26 @@ pub struct SearchArgs {
     /// Probability by which noise has a peak anywhere in the spectrum.
     #[arg(long, value_name = "SHARE", default_value_t = RidgesRequest::default().alpha, value_parser = parse::share)]
     pub significance: f64,
-    /// Working memory, such as 500MB or 2GiB [default: half of the free memory].
-    #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
-    pub memory: Option<u64>,
 }
 
-/// `--cut`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum CutArg {
-    /// Both, each where it is sharper; without a window along space, at each wavenumber.
-    Auto,
-    /// At each frequency, along k.
-    Frequency,
-    /// At each wavenumber, along f.
-    Wavenumber,
-}
+choice!(
+    /// `--cut`.
+    CutArg => Option<RidgeCut> {
+        /// Both, each where it is sharper; without a window along space, at each wavenumber.
+        Auto => None,
+        /// At each frequency, along k.
+        Frequency => Some(RidgeCut::Frequency),
+        /// At each wavenumber, along f.
+        Wavenumber => Some(RidgeCut::Wavenumber),
+    }
+);
 
 impl Typed for Ridges {
     type Found = Found;
     const COMMAND: &'static str = "ridges";
 
-    fn fields(&self) -> &[PathBuf] {
-        &self.fields
-    }
-
     fn shared(&self) -> &EstimateArgs {
         &self.estimate
-    }
-
-    fn memory(&self) -> Option<u64> {
-        self.search.memory
     }
 
     fn computation(&self) -> Result<impl Computation<Found>, Error> {
@@ -104,25 +89,18 @@ impl Typed for Ridges {
         let laws = self.fit.iter().map(|text| RidgeLaw::parse(text));
         let request = RidgesRequest {
             segment: search.segment,
-            overlap: search
-                .overlap
-                .zip(search.segment)
-                .map(|(overlap, segment)| overlap.of(segment)),
+            overlap: parse::overlap_of(search.overlap, search.segment),
             window_time: search.window_time,
             window_space: search.window_space,
             detrend: search.detrend.into(),
             gaps: search.gaps.into(),
-            cut: match search.cut {
-                CutArg::Auto => None,
-                CutArg::Frequency => Some(RidgeCut::Frequency),
-                CutArg::Wavenumber => Some(RidgeCut::Wavenumber),
-            },
+            cut: search.cut.into(),
             alpha: search.significance,
             range: search.range,
             fewest: search.points,
             laws: laws.collect::<Result<_, Error>>()?,
             threads: self.estimate.threads(),
-            memory: search.memory,
+            memory: self.estimate.memory,
         };
         Ok(move |fields: &[&Field], observer: &dyn Observer| ridges(fields, &request, observer))
     }

@@ -1,7 +1,5 @@
 //! `cascade slope`: the power law of a spectrum over a band.
 
-use std::path::PathBuf;
-
 use clap::{Args, ValueEnum};
 use wavecascade::estimates::{FieldAxis, Slope as Found, SlopeRequest, slope};
 use wavecascade::measure::{Frequency, Measure, Wavenumber, cycles_per};
@@ -15,11 +13,6 @@ use crate::show_args::of_axis;
 /// What `cascade slope` takes.
 #[derive(Debug, Args)]
 pub struct Slope {
-    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
-    /// same sites.
-    #[arg(required = true, value_name = "FIELD")]
-    pub fields: Vec<PathBuf>,
-
     /// Spectrum over wavenumbers (space) or frequencies (time).
     #[arg(long, value_enum, default_value_t = AlongArg::Space)]
     pub along: AlongArg,
@@ -103,16 +96,8 @@ impl Typed for Slope {
     type Found = Found;
     const COMMAND: &'static str = "slope";
 
-    fn fields(&self) -> &[PathBuf] {
-        &self.fields
-    }
-
     fn shared(&self) -> &EstimateArgs {
         &self.estimate
-    }
-
-    fn memory(&self) -> Option<u64> {
-        self.averages.memory
     }
 
     fn computation(&self) -> Result<impl Computation<Found>, Error> {
@@ -131,10 +116,10 @@ impl Typed for Slope {
             breaks: self.breaks,
             frames: self.frames,
             averaging: self.averages.averaging(),
-            gaps: self.averages.gaps.into(),
-            alpha: self.averages.significance,
+            gaps: self.averages.segments.gaps.into(),
+            alpha: self.averages.segments.significance,
             threads: self.estimate.threads(),
-            memory: self.averages.memory,
+            memory: self.estimate.memory,
         };
         let along = self.along;
         Ok(move |fields: &[&Field], observer: &dyn Observer| {

@@ -1,7 +1,5 @@
 //! `cascade spectrum --along both`: `S(k, f)` with intervals.
 
-use std::path::PathBuf;
-
 use wavecascade::estimates::{SpaceTimeEstimate, spacetime};
 use wavecascade::observer::Observer;
 use wavecascade::{Error, Field};
@@ -18,16 +16,8 @@ impl Typed for SpaceTime {
     type Found = SpaceTimeEstimate;
     const COMMAND: &'static str = "spectrum";
 
-    fn fields(&self) -> &[PathBuf] {
-        &self.0.fields
-    }
-
     fn shared(&self) -> &EstimateArgs {
         &self.0.estimate
-    }
-
-    fn memory(&self) -> Option<u64> {
-        self.0.averages.memory
     }
 
     /// Parts have one axis, which is said.

@@ -1,7 +1,5 @@
 //! `cascade spectrum`: power spectral densities of all sites, with intervals.
 
-use std::path::PathBuf;
-
 use clap::{Args, ValueEnum};
 use wavecascade::estimates::{
     Averaging, Combined, DividedRequest, SpaceTimeRequest, SpectrumAxis, SpectrumEstimate,
@@ -19,12 +17,8 @@ use crate::parse;
 
 /// What `cascade spectrum` takes.
 #[derive(Debug, Args)]
+#[command(mut_arg("fields", |arg| arg.required(false).required_unless_present("merge")))]
 pub struct Spectrum {
-    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
-    /// same sites, which are averaged.
-    #[arg(required_unless_present = "merge", value_name = "FIELD")]
-    pub fields: Vec<PathBuf>,
-
     /// Spectra of the records of sites, over frequency, of the snapshots, over wavenumber, or of both, over
     /// wavenumber and frequency.
     #[arg(long, conflicts_with = "merge", value_enum, default_value_t = AlongArg::Time, value_name = "AXIS")]
@@ -106,10 +100,10 @@ impl Spectrum {
                 (None, None) => Tapers::Window(Window::USUAL),
             },
             is_adaptive: !self.equal_weights,
-            gaps: self.averages.gaps.into(),
-            alpha: self.averages.significance,
+            gaps: self.averages.segments.gaps.into(),
+            alpha: self.averages.segments.significance,
             threads: self.estimate.threads(),
-            memory: self.averages.memory,
+            memory: self.estimate.memory,
         }
     }
 
@@ -141,49 +135,23 @@ impl Spectrum {
             is_whole: self.periodogram,
             is_adaptive: !self.equal_weights,
             has_jackknife: !self.no_jackknife,
-            gaps: self.averages.gaps.into(),
+            gaps: self.averages.segments.gaps.into(),
             subtract_noise: self.subtract_noise,
-            alpha: self.averages.significance,
+            alpha: self.averages.segments.significance,
             threads: self.estimate.threads(),
-            memory: self.averages.memory,
+            memory: self.estimate.memory,
         })
     }
 
-    /// That options of one axis are not typed for another.
+    /// That spectra from which noise is subtracted are of one axis.
     pub fn check(&self) -> Result<(), Error> {
-        let is_both = self.is_both();
-        let refuse = |option, expected: &str, found: &str| {
-            Err(Error::Request {
-                option,
-                expected: expected.into(),
-                found: found.into(),
-            })
-        };
-        let along = "it with `--along both` alone";
-        let has_tapers = self.averages.multitaper.is_some() || self.space_multitaper.is_some();
-        match () {
-            () if self.equal_weights && !has_tapers => refuse(
-                "equal-weights",
-                "it with `--multitaper` or `--space-multitaper`",
-                "one taper, which has no weight",
-            ),
-            () if !is_both && self.space_window.is_some() => {
-                refuse("space-window", along, "spectra along one axis")
-            }
-            () if !is_both && self.space_multitaper.is_some() => {
-                refuse("space-multitaper", along, "spectra along one axis")
-            }
-            () if is_both && self.no_jackknife => refuse(
-                "no-jackknife",
-                "it with spectra along one axis",
-                "`--along both`, which has none",
-            ),
-            () if is_both && self.subtract_noise => refuse(
+        match self.is_both() && self.subtract_noise {
+            true => Err(Error::request(
                 "subtract-noise",
                 "it with spectra along one axis",
                 "`--along both`",
-            ),
-            () => Ok(()),
+            )),
+            false => Ok(()),
         }
     }
 }
@@ -192,16 +160,8 @@ impl Typed for Spectrum {
     type Found = SpectrumEstimate;
     const COMMAND: &'static str = "spectrum";
 
-    fn fields(&self) -> &[PathBuf] {
-        &self.fields
-    }
-
     fn shared(&self) -> &EstimateArgs {
         &self.estimate
-    }
-
-    fn memory(&self) -> Option<u64> {
-        self.averages.memory
     }
 
     /// Or a part of it.

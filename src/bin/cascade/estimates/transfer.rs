@@ -61,7 +61,7 @@ impl TransferArgs {
             alpha: typed.averages.significance,
             resamplings: self.resamplings,
             threads: typed.estimate.threads(),
-            memory: typed.averages.memory,
+            memory: typed.estimate.memory,
         }))
     }
 }
