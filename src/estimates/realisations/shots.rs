@@ -342,26 +342,27 @@ impl Shot<'_> {
 
     /// White power that filled samples leave in the record of a site, as a mean square: their share times that of the
     /// error, which is what the same would have left of samples that are known. Masked ones have the mean of the record;
-    /// of interpolated ones, gaps of their mean length are made at all others.
-    pub fn left_by_filling(&self, site: usize, record: impl FnOnce() -> Vec<f64>) -> f64 {
+    /// of interpolated ones, gaps of their mean length are made at all others. Beside it the share of the power that is lost: of
+    /// masked samples twice their share, as transforms lose it.
+    pub fn left_by_filling(&self, site: usize, record: impl FnOnce() -> Vec<f64>) -> [f64; 2] {
         let gaps = self.prepared.gaps_of(site);
         if self.leaves_out() || gaps.is_empty() {
-            return 0.0;
+            return [0.0; 2];
         }
         let record = record();
         let runs = gaps.chunk_by(|a, b| a.time + 1 == b.time).count();
         let reach = (gaps.len() / runs).div_ceil(2).max(1);
         let mean = record.iter().sum::<f64>() / record.len() as f64;
-        let squares: f64 = match self.gaps {
+        let share = gaps.len() as f64 / record.len() as f64;
+        let (squares, lost): (f64, f64) = match self.gaps {
             Gaps::Interpolate => {
                 let around = record.windows(2 * reach + 1);
                 let apart = around.map(|v| v[reach] - 0.5 * (v[0] + v[2 * reach]));
-                apart.map(|e| e * e).sum()
+                (apart.map(|e| e * e).sum(), 0.0)
             }
-            _ => record.iter().map(|v| (v - mean).powi(2)).sum(),
+            _ => (record.iter().map(|v| (v - mean).powi(2)).sum(), 2.0 * share),
         };
-        let share = gaps.len() as f64 / record.len() as f64;
-        share * squares / record.len() as f64
+        [share * squares / record.len() as f64, lost]
     }
 
     /// The segments of the records of a few sites without missing samples.

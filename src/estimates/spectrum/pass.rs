@@ -46,8 +46,8 @@ pub(in crate::estimates) struct TileSums {
     /// each bin, see [`LINE_BLOCKS`].
     pub sums: Sums,
     pub(super) lead_ins: [LeadIn; TOGETHER],
-    /// White power that filled samples leave, of all records.
-    filled: [f64; TOGETHER],
+    /// What filled samples leave, of all records; see [`Shot::left_by_filling`].
+    filled: [[f64; 2]; TOGETHER],
     variance: [f64; TOGETHER],
     pub spectrum: Vec<LaneBlock>,
     pub shape: Vec<LaneBlock>,
@@ -183,7 +183,9 @@ impl<'a> Pass<'a> {
         let squared = shot.scale * shot.scale;
         let may_lead_in = shot.portion.is_whole && self.request.along == SpectrumAxis::Time;
         for (lane, site) in sites.clone().enumerate() {
-            tile.filled[lane] += squared * shot.left_by_filling(site, || records.record(lane));
+            let [white, lost] = shot.left_by_filling(site, || records.record(lane));
+            tile.filled[lane][0] += squared * white;
+            tile.filled[lane][1] += lost;
             if may_lead_in && shot.missing(site).is_empty() {
                 tile.lead_ins[lane].add(&records.record(lane), squared);
             }
@@ -321,9 +323,9 @@ impl<'a> Pass<'a> {
         sum / self.records as f64
     }
 
-    /// Mean square of the white noise that filled samples leave at a site.
-    pub fn filled(&self, tiles: &[TileSums], site: usize) -> f64 {
-        tiles[site / TOGETHER].filled[site % TOGETHER] / self.records as f64
+    /// What filled samples leave at a site, of the mean record.
+    pub fn filled(&self, tiles: &[TileSums], site: usize) -> [f64; 2] {
+        tiles[site / TOGETHER].filled[site % TOGETHER].map(|all| all / self.records as f64)
     }
 
     pub fn independence(&self, steadiness: f64) -> Independence {
