@@ -129,27 +129,6 @@ impl Sums {
         self.close(samples, about_mean);
     }
 
-    /// Multiplies the samples by a power of two; plain sums are those of their squares.
-    pub fn rescale(&mut self, factor: f64) {
-        let squared = factor * factor;
-        let scale = |block: &mut LaneBlock, by: f64| block.0.iter_mut().for_each(|v| *v *= by);
-        let blocks = self.plain.iter_mut();
-        blocks.for_each(|block| scale(block, squared));
-        for [_, mean, squares] in self.begun.iter_mut().flat_map(|(_, pieces)| pieces) {
-            scale(mean, factor);
-            scale(squares, squared);
-        }
-    }
-
-    /// Whether these are sums over zeros.
-    pub fn is_silent(&self) -> bool {
-        let pieces = self.begun.iter().flat_map(|(_, pieces)| pieces);
-        // The first block of a piece counts samples.
-        let pieces = pieces.flat_map(|piece| &piece[1..]);
-        let mut all = self.plain.iter().chain(pieces);
-        all.all(|block| block.0.iter().all(|sum| *sum == 0.0))
-    }
-
     /// The state, as numbers, of which these records are begun.
     pub fn write(&mut self, begun: &[usize], out: &mut Vec<f64>) {
         out.extend_from_slice(bytemuck::cast_slice(&self.plain));

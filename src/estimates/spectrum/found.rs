@@ -7,7 +7,7 @@ use super::noise::LeadIn;
 use super::pass::{Pass, TileSums};
 use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate};
 use crate::error::Result;
-use crate::estimates::realisations::{FactorTable, Independence, TOGETHER, check_squares};
+use crate::estimates::realisations::{FactorTable, Independence, TOGETHER};
 use crate::numeric::lanes::LaneBlock;
 use crate::numeric::{fisher_level, fisher_tail, median, student_two_sided};
 
@@ -24,7 +24,7 @@ impl Pass<'_> {
         &self,
         mut tiles: Vec<TileSums>,
         left_out: LeftOutEach,
-        (unit, has_noise): (f64, bool),
+        has_noise: bool,
     ) -> Result<SpectrumEstimate> {
         let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
         let grid = self.grid;
@@ -46,8 +46,7 @@ impl Pass<'_> {
         let steadiness: Vec<f64> = (0..shape.1).map(|j| self.steadiness(tiles, j)).collect();
         let median = median(steadiness.iter().copied()).unwrap_or(f64::NAN);
         let sites: Vec<Independence> = steadiness.iter().map(|s| self.independence(*s)).collect();
-        check_squares(unit)?;
-        let density = grid.time.step * unit * unit;
+        let density = grid.time.step;
         let records = self.records as f64;
         let segments = records * self.effective_segments;
         let left = tiles.iter().flat_map(|tile| &tile.sums.left);
@@ -163,8 +162,7 @@ impl Pass<'_> {
             space: grid.space.clone(),
             quantity: grid.quantity,
             unit: grid.unit.clone(),
-            line_test: (self.tests_lines())
-                .then(|| self.line_test(tiles, &sites, &frequency, unit)),
+            line_test: (self.tests_lines()).then(|| self.line_test(tiles, &sites, &frequency)),
             bins: frequency,
             steadiness,
             alpha,
@@ -186,13 +184,7 @@ impl Pass<'_> {
         Ok(found)
     }
 
-    fn line_test(
-        &self,
-        tiles: &[TileSums],
-        sites: &[Independence],
-        frequency: &[f64],
-        unit: f64,
-    ) -> LineTest {
+    fn line_test(&self, tiles: &[TileSums], sites: &[Independence], frequency: &[f64]) -> LineTest {
         let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
         let shape = (self.realisations.bins(), self.grid.sites);
         let inside = 1..length.div_ceil(2);
@@ -235,8 +227,8 @@ impl Pass<'_> {
             Line {
                 column: j,
                 at: frequency[m] + OFFSETS[offset] * frequency[1],
-                amplitude: 2.0 * unit * (line / (count * gain)).sqrt(),
-                amplitude_error: 2.0 * unit * (variance / (0.5 * degrees[0])).sqrt(),
+                amplitude: 2.0 * (line / (count * gain)).sqrt(),
+                amplitude_error: 2.0 * (variance / (0.5 * degrees[0])).sqrt(),
                 f,
                 probability: fisher_tail(f, degrees),
             }
