@@ -6,7 +6,7 @@ use super::{Ridge, RidgeCut, RidgeFit, RidgePoint, Ridges};
 use crate::analyze::{DispersionCurve, labels};
 use crate::numeric::sorted;
 use crate::sheet::{
-    BLUE, Chart, Column, Describe, HeatChart, Look, PlotRow, Role, Series, Sheet, Table, Units,
+    BLUE, Chart, Column, Describe, HeatChart, Look, PlotRow, Role, Series, Sheet, Units,
     VERMILLION, name_of, number, percent, with_half, with_unit,
 };
 use crate::unit::{self, label};
@@ -84,19 +84,6 @@ impl Describe for Ridges {
         }
         sheet.warnings.extend_from_slice(&self.analysis.warnings);
         let [df, dk] = self.bins;
-        let rows = [
-            ("records", self.independence.records.to_string()),
-            ("segments of a record", conventions.segments.to_string()),
-            ("samples a segment", conventions.segment.to_string()),
-            (
-                "effective realisations",
-                number(self.independence.effective),
-            ),
-            ("level over the noise", of_level),
-            ("bin of frequency", with_unit(df, &words.frequency)),
-            ("bin of wavenumber", with_unit(dk, &words.wavenumber)),
-        ];
-        sheet.tables.push(Table::of_values("Spectrum", rows));
         sheet.numbers(json!({
             "time_unit": words.time,
             "space_unit": words.space,

@@ -38,8 +38,7 @@ impl Describe for Coherence {
             let text = format!("{above} of the cells are above the level of chance, {level}");
             sheet.fact("coherence", text);
         }
-        let rows = [("level of one cell", level)];
-        self.independence.describe(&mut sheet, self.segment, rows);
+        self.independence.describe(&mut sheet, self.segment);
         if let Some(left) = &self.segments_left {
             left.describe(&mut sheet, "sites");
         }

@@ -54,12 +54,7 @@ impl Describe for Bicoherence {
             );
             sheet.fact("coupled", text);
         }
-        let rows = [
-            ("triples of frequencies", cells.to_string()),
-            ("level of one cell", of_cell),
-            ("level of the map", of_map),
-        ];
-        self.independence.describe(&mut sheet, self.segment, rows);
+        self.independence.describe(&mut sheet, self.segment);
         sheet.numbers(json!({
             "time_unit": words.time,
             "space_unit": words.space,

@@ -41,7 +41,6 @@ impl Describe for Transfer {
         let of_rest = percent(shares.held_out_of_rest);
         let stronger = shares.stronger_half_of_rest;
         let stronger = stronger.map_or("not tested".into(), percent);
-        let undetermined: usize = self.outputs.iter().map(|output| output.undetermined).sum();
         let explained = [
             ("linear terms", percent(shares.linear)),
             ("quadratic terms", percent(shares.quadratic)),
@@ -52,11 +51,7 @@ impl Describe for Transfer {
         ];
         let explained = Table::of_values("Explained of the output's power", explained);
         sheet.tables.push(explained.printed());
-        let rows = [
-            ("unknowns of a frequency", self.unknowns.to_string()),
-            ("terms that others replace", undetermined.to_string()),
-        ];
-        self.independence.describe(&mut sheet, self.segment, rows);
+        self.independence.describe(&mut sheet, self.segment);
         sheet.numbers(json!({
             "from": self.from,
             "from_position": self.space.at(self.from),

@@ -6,8 +6,8 @@ use super::moments::ORDERS;
 use super::{AxisIncrements, Increments, IntervalBasis, ScaleMoments, ScalingExponents};
 use crate::numeric::LineFit;
 use crate::sheet::{
-    BLACK, BLUE, Chart, Column, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table,
-    Units, VERMILLION, confidence, name_of, number, with_half,
+    BLACK, BLUE, Chart, Column, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Units,
+    VERMILLION, confidence, name_of, number, with_half,
 };
 use crate::unit::label;
 
@@ -55,12 +55,6 @@ impl Describe for Increments {
                 "name several records of the same sites, one a shot",
             );
         }
-        let rows = [
-            ("shots", self.shots.to_string()),
-            ("steadiness", number(self.steadiness)),
-            ("intervals", basis),
-        ];
-        sheet.tables.push(Table::of_values("Averages", rows));
         let axes: Vec<_> = self.axes.iter().map(AxisIncrements::numbers).collect();
         sheet.numbers(json!({
             "time_unit": words.time,

@@ -5,7 +5,7 @@ use serde_json::json;
 use super::{ExponentBasis, Slope};
 use crate::sheet::{
     BLACK, BLUE, Chart, Describe, GREEN, Level, Look, Mark, Marker, PlotRow, Role, Series, Sheet,
-    Table, Units, VERMILLION, confidence, extent, listed, number, with_half,
+    Units, VERMILLION, confidence, extent, listed, number, with_half,
 };
 
 const DEFINITIONS: &str = "\
@@ -45,15 +45,6 @@ impl Describe for Slope {
                 "state a wider band",
             );
         }
-        let rows = [
-            ("shots", self.shots.to_string()),
-            ("samples a segment", self.segment[0].to_string()),
-            ("snapshots left out", self.left_out.to_string()),
-            ("bins of the fit", bins.to_string()),
-            ("interval", basis),
-            ("scatter of ln S", number(law.scatter)),
-        ];
-        sheet.tables.push(Table::of_values("Averages", rows));
         sheet.numbers(json!({
             "time_unit": words.time,
             "space_unit": words.space,

@@ -36,14 +36,7 @@ impl Describe for SpaceTimeEstimate {
             )
         };
         sheet.degrees_of_freedom(self.degrees_range(), self.alpha);
-        let rows = [
-            ("tapers along space", self.tapers[1].to_string()),
-            ("evenness along space", number(self.evenness)),
-            ("power", number(self.power)),
-            ("mean square", number(self.mean_square)),
-            ("Parseval residual", format!("{:.1e}", self.parseval)),
-        ];
-        self.independence.describe(&mut sheet, self.segment, rows);
+        self.independence.describe(&mut sheet, self.segment);
         let [plus, minus, neither] = self.directions();
         let (row, column) = self.largest();
         sheet.numbers(json!({

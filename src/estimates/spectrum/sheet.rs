@@ -65,10 +65,7 @@ impl Describe for SpectrumEstimate {
         }
         self.noise_facts(&mut sheet);
         let in_time = self.mean.as_ref().map(|mean| mean.steadiness);
-        let rows = [("without interval", without.to_string())].into_iter();
-        let of_mean = in_time.map(|steadiness| ("steadiness in time", number(steadiness)));
-        let rows = rows.chain(of_mean);
-        self.independence.describe(&mut sheet, self.segment, rows);
+        self.independence.describe(&mut sheet, self.segment);
         // Each site has its own realisations, of which the warnings above speak.
         let of_all = self.independence.warning();
         sheet.warnings.retain(|warning| *warning != of_all);
