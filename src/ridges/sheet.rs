@@ -12,12 +12,10 @@ use crate::sheet::{
 use crate::unit::{self, label};
 
 const DEFINITIONS: &str = "\
-    Ridge: A row of peaks of S(k, f): along k at each frequency where a branch is steep, along f at each wavenumber where it \
-        is flat. Peaks stand above the level, above what stronger waves leak, and apart from them.
-    Level: The power over the mean of the noise about it that noise exceeds anywhere in the spectrum with the stated \
-        probability; the noise is the local median.
-    Place: The top of the parabola through the logarithms of three bins, corrected for the window; of a broad ridge its \
-        centre above half of the maximum. Its error is that of noise, or the spread about neighbouring points.
+    Ridge: A row of peaks of S(k, f): along k at each frequency where a branch is steep, along f at each wavenumber where it is \
+        flat. Peaks stand above the level, above what stronger waves leak, and apart from them.
+    Level: The power over the local noise that noise exceeds anywhere in the spectrum with the stated probability.
+    Place: The top of the parabola through the logarithms of three bins, corrected for the window; of a broad ridge its centre.
     Fitted law: Weighted least squares of all points; ± are standard errors.
     Phase velocity: 2πf/k, positive towards +x.
     Group velocity: 2π df/dk, of a parabola through the points about it, by least squares.";

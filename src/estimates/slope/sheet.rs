@@ -10,13 +10,11 @@ use crate::sheet::{
 
 const DEFINITIONS: &str = "\
     Slope: Least squares of ln S against ln k (or ln f) over the stated band, each bin with the same weight.
-    Interval of the regression: From the residuals of the line alone: it holds deviations from a power law, but not what \
-        another record would give. With several shots, the interval is that of the mean over shots.
-    Break: Where a continuous line of two or three pieces changes its slope. It is accepted if the improvement has a small \
-        probability without a break, times the number of places tried.
+    Interval of the regression: From the residuals of the line alone: not what another record would give. Of several shots it is \
+        that of the mean over shots.
+    Break: Where a continuous line of two or three pieces changes its slope, if a straight one has a small probability.
     Shock time: Where the steepest front would become infinitely steep: the distance between two of its levels falls along a \
-        straight line in time. It is fitted until the front is three times as steep as at first; the interval holds noise, \
-        and the deviation from a cubic front and from a straight line.";
+        straight line in time. The interval holds noise, and the deviation from a cubic front and from a straight line.";
 
 /// Slopes are drawn down to this.
 const STEEPEST: f64 = -12.0;

@@ -14,11 +14,10 @@ use crate::sheet::{
 
 const DEFINITIONS: &str = "\
     Power spectral density: One-sided; its integral over f is the mean square of the samples.
-    Degrees of freedom: Twice the number of independent realisations that a value averages, less what unequal weights of \
-        the tapers cost. Overlapping segments count by their effective number.
+    Degrees of freedom: Twice the number of independent realisations that a value averages, less what overlap and unequal \
+        weights of the tapers cost.
     Interval: Where the true density lies with the stated probability if the record is stationary: by the chi-square \
-        distribution of Gaussian records, and by the jackknife, which leaves out one realisation at a time and assumes no \
-        distribution.
+        distribution of Gaussian records, and by the jackknife, which assumes no distribution.
     Test for lines: F compares the power of a sine of constant amplitude with what is left beside it. Without a line it \
         exceeds the level of one cell with the stated probability, and that of all cells anywhere with the same.";
 
