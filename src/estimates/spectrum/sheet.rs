@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use ndarray::Array2;
 use serde_json::{Value, json};
 
-use super::{LineTest, NoiseFloor, SiteNoise, SpectrumAxis, SpectrumEstimate};
+use super::{LineTest, NoiseFloor, SiteNoise, SpectrumEstimate};
 use crate::estimates::realisations::without_mean;
 use crate::sheet::{
     BLACK, BLUE, Chart, Column, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series,
@@ -36,28 +36,16 @@ impl Describe for SpectrumEstimate {
             ..Sheet::of("spectrum", "Spectra with intervals", DEFINITIONS)
         };
         sheet.degrees_of_freedom(self.degrees_range(), self.alpha);
-        let filled = self.steadiness.iter().filter(|s| s.is_nan()).count();
-        if filled > 0 {
+        // Those of which nothing is left are named below.
+        let left = self.segments_left.as_ref();
+        let single = without.saturating_sub(left.map_or(0, |left| left.empty().len()));
+        if single > 0 {
             let text = format!(
-                "of {filled} of {all} {columns} more than a twentieth of the samples were filled, or are missing: no \
-                 interval is stated"
+                "{single} of {all} {columns} have a transient, a short record, or more than a twentieth of it filled, which is one \
+                 realisation: no interval is stated"
             );
-            sheet.warn(text, "leave segments with gaps out: `--gaps leave-out`");
-        }
-        // Those of which nothing is left are named already.
-        let empty = self
-            .segments_left
-            .as_ref()
-            .map_or(0, |left| left.empty().len());
-        let transient = without.saturating_sub(empty + filled);
-        if transient > 0 {
-            let why = match (self.independence.is_short, self.along) {
-                (true, _) => "have records that are too short",
-                (_, SpectrumAxis::Time) => "have a transient, which is one realisation",
-                (_, SpectrumAxis::Space) => "have their energy at a few sites",
-            };
-            let text = format!("{transient} of {all} {columns} {why}: no interval is stated");
-            sheet.warn(text, "name several records of the same sites, one a shot");
+            let advice = "name several records of the same sites, one a shot; leave gaps out with `--gaps leave-out`";
+            sheet.warn(text, advice);
         }
         if let Some(left) = &self.segments_left {
             left.describe(&mut sheet, columns);
