@@ -46,8 +46,6 @@ pub(in crate::estimates) struct TileSums {
     /// each bin, see [`LINE_BLOCKS`].
     pub sums: Sums,
     pub(super) lead_ins: [LeadIn; TOGETHER],
-    /// What filled samples leave, of all records; see [`Shot::left_by_filling`].
-    filled: [[f64; 2]; TOGETHER],
     variance: [f64; TOGETHER],
     pub spectrum: Vec<LaneBlock>,
     pub shape: Vec<LaneBlock>,
@@ -182,9 +180,6 @@ impl<'a> Pass<'a> {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
         let may_lead_in = shot.portion.is_whole && self.request.along == SpectrumAxis::Time;
         for (lane, site) in sites.clone().enumerate() {
-            let [white, lost] = shot.left_by_filling(site, || records.record(lane));
-            tile.filled[lane][0] += white;
-            tile.filled[lane][1] += lost;
             if may_lead_in && shot.missing(site).is_empty() {
                 tile.lead_ins[lane].add(&records.record(lane));
             }
@@ -195,6 +190,13 @@ impl<'a> Pass<'a> {
         let sums = &mut tile.sums;
         if sums.plain.is_empty() {
             *sums = Sums::zeros(self.shape());
+        }
+        // Of the record, of which this may be a part.
+        let part = records.length() as f64 / self.realisations.segments.record as f64;
+        for (lane, site) in sites.clone().enumerate() {
+            let left = shot.left_by_filling(site, || records.record(lane));
+            let filled = sums.filled.iter_mut().zip(left);
+            filled.for_each(|(sum, left)| sum.0[lane] += part * left);
         }
         let kept = shot.kept(sites.clone(), self.realisations.segments);
         kept.add_to(&mut sums.left, self.realisations.distances());
@@ -322,7 +324,8 @@ impl<'a> Pass<'a> {
 
     /// What filled samples leave at a site, of the mean record.
     pub fn filled(&self, tiles: &[TileSums], site: usize) -> [f64; 2] {
-        tiles[site / TOGETHER].filled[site % TOGETHER].map(|all| all / self.records as f64)
+        let filled = &tiles[site / TOGETHER].sums.filled;
+        [0, 1].map(|i| filled[i].0[site % TOGETHER] / self.records as f64)
     }
 
     pub fn independence(&self, steadiness: f64) -> Independence {

@@ -165,6 +165,30 @@ fn regress_parts_of_coherence_are_those_of_the_whole() {
     }
 }
 
+/// Masked samples leave as much in all parts, which withhold intervals as the whole does; without it all 363 would be stated.
+#[test]
+fn regress_parts_of_filled_records_have_the_intervals_of_the_whole() {
+    let mut samples = vec![0.0; 4000 * 11];
+    shots(1, 4000)[0].read_time_major(0..4000, 0..11, &mut samples);
+    samples.iter_mut().step_by(149).for_each(|v| *v = f64::NAN);
+    let field = Field::from_array(Array2::from_shape_vec((4000, 11), samples).unwrap());
+    let request = changed(welch(64, 32), |it| it.gaps = Gaps::Mask);
+    let whole = spectrum(&[&field], &request, &Silent).unwrap();
+    let parts = parts_of(&[&field], &request.into(), 3);
+    let Combined::Spectrum(joined) = combine(&parts, None, None).unwrap() else {
+        panic!("spectra");
+    };
+    let stated = |found: &SpectrumEstimate| {
+        let high = found.high.iter().filter(|v| v.is_finite());
+        [high.clone().count() as f64, high.sum::<f64>()]
+    };
+    let [whole, joined] = [&whole, &joined].map(stated);
+    assert!(whole[0] > 10.0 && whole[0] < 340.0, "{whole:?}");
+    for (a, b) in whole.into_iter().zip(joined) {
+        assert!((a / b - 1.0).abs() < 0.25, "{a} {b}");
+    }
+}
+
 /// In little memory, with few threads.
 #[test]
 fn regress_blocks_and_threads_do_not_move_a_bit_of_parts() {
