@@ -19,7 +19,6 @@ use super::{Spectra, Warning, answer, front, maps};
 use crate::arrays::{Collect, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
-use crate::estimates::NoiseFloor;
 use crate::field::Field;
 use crate::moved::ArrivalWindows;
 use crate::numeric::{in_band, sum, sum_of, sum_of_squares};
@@ -124,8 +123,6 @@ fn passes<T: Real>(
         spacetime,
     };
     let mut warnings = warnings(field, &found, channels);
-    let bins = plan.axes.frequency.len();
-    warnings.extend(noise_left.as_ref().and_then(|of| below_noise(of, bins)));
     if let Some(answer) = answer.as_mut().filter(|_| !simulated) {
         let space = &field.space;
         warnings.extend(answer::gains(answer, plan, space, has_steps));
@@ -233,19 +230,6 @@ fn warnings(field: &Field, found: &Findings, channels: Vec<Warning>) -> Vec<Warn
         warnings.push(Warning::new(message, advice).coded("no-kinetic-energy", json!({})));
     }
     warnings
-}
-
-/// Noise was subtracted from spectra along time: at how many sites, and bins that would have been negative.
-fn below_noise(floor: &NoiseFloor, bins: usize) -> Option<Warning> {
-    let (known, sites) = (floor.known(), floor.sites.len());
-    let clipped = &floor.subtracted.as_ref()?.clipped_bins;
-    let (clipped, bins) = (clipped.iter().sum::<usize>(), known * bins);
-    let message = format!(
-        "noise is subtracted at {known} of {sites} sites; {clipped} of {bins} bins were below it and are 0"
-    );
-    let advice = "`summary.json` has the noise of each site, and what clipping added";
-    let numbers = json!({"known": known, "sites": sites, "clipped": clipped, "bins": bins});
-    Some(Warning::new(message, advice).coded("noise-subtracted", numbers))
 }
 
 fn accuracy(

@@ -253,42 +253,4 @@ mod tests {
         assert_eq!(cells[[0, 0]], 2.0);
         assert!(cells[[0, 1]].is_nan());
     }
-
-    /// Widths beyond a register, cells of several columns, blocks that begin inside of one; NaN,
-    /// infinities and zeros of both signs.
-    #[test]
-    fn wide_blocks_give_what_a_plain_loop_gives() {
-        let value = |i: usize, j: usize| match (7 * i + 3 * j) % 13 {
-            0 => f64::NAN,
-            1 => -0.0,
-            2 if j % 9 == 4 => f64::NEG_INFINITY,
-            3 if j % 9 == 5 => f64::INFINITY,
-            m => (m as f64 - 6.5) * (1.0 + (i + j) as f64),
-        };
-        for (columns, limit) in [(8, 8), (13, 13), (40, 14), (40, 4), (17, 1)] {
-            let whole = Array2::from_shape_fn((6, columns), |(i, j)| value(i, j));
-            for keep in [MapBuilder::largest, MapBuilder::extreme] {
-                let mut map = keep((6, columns), (3, limit));
-                for split in [0..columns / 3, columns / 3..columns] {
-                    map.add(0, split.start, whole.slice(s![.., split]));
-                }
-                let cells = map.cells();
-                let width = columns.div_ceil(limit);
-                for ((r, c), &found) in cells.indexed_iter() {
-                    let part = c * width..columns.min((c + 1) * width);
-                    let of = whole.slice(s![2 * r..2 * r + 2, part]);
-                    let high = of.fold(f64::NEG_INFINITY, |m, v| m.max(*v));
-                    let low = of.fold(f64::INFINITY, |m, v| m.min(*v));
-                    let right = match map.keep {
-                        Keep::Extreme if high.abs() < low.abs() => low,
-                        _ => high,
-                    };
-                    // Minus infinity marks a cell without numbers.
-                    let none = right == f64::NEG_INFINITY;
-                    let is_right = found == right || none && found.is_nan();
-                    assert!(is_right, "{columns} {r} {c}: {found} {right}");
-                }
-            }
-        }
-    }
 }

@@ -26,11 +26,11 @@ pub(super) trait Divided {
     /// Bytes of the result, and of what is made on the way from the sums to it.
     fn result_bytes(&self) -> u64;
 
-    /// The sums of every tile over these portions, and the unit of the samples.
-    fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)>;
+    /// The sums of every tile over these portions.
+    fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<Vec<Sums>>;
 
     /// The result of the sums of all parts.
-    fn combine(&self, sums: Vec<Sums>, unit: f64) -> Result<Combined>;
+    fn combine(&self, sums: Vec<Sums>) -> Result<Combined>;
 }
 
 /// The request of an estimate that [`partial`] knows.
@@ -105,8 +105,6 @@ pub struct PartialAbout {
     /// The segments of all records that are summed: from the first to before the second, segment `s` of
     /// record `r` counted as `r` times the segments of a record, plus `s`.
     pub range: [usize; 2],
-    /// What the samples were divided by, a power of two.
-    pub unit: f64,
 }
 
 impl PartialAbout {
@@ -237,7 +235,7 @@ fn partial_of(
         to.record * segments + to.segments.end,
     ];
     refuse_left_out(gaps, "a part of the segments")?;
-    let (unit, tiles) = in_pool(threads, || {
+    let tiles = in_pool(threads, || {
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
         let shots = shots.in_portions(portions, first, grid.times);
         let pass = request.pass(realisations, &grid, fields.len());
@@ -249,7 +247,6 @@ fn partial_of(
         grid,
         part,
         range,
-        unit,
     };
     Ok(Partial::new(about, tiles, segments))
 }

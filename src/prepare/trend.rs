@@ -153,23 +153,4 @@ mod tests {
         assert_eq!((alone.high, alone.slope), (7.0, 0.0));
         assert_eq!(line(&[]), Trend::default());
     }
-
-    #[test]
-    fn regress_interleaved_records_lose_their_trends_bit_by_bit() {
-        let value = |c: usize, n: usize| 1e3 * c as f64 + n as f64 + (n as f64 * 0.9).cos();
-        let (mean, linear) = (Detrend::Mean, Detrend::Linear);
-        for (width, kind) in [(8, mean), (8, linear), (3, mean), (1, mean)] {
-            let rows = (0..width * 333).map(|i| value(i % width, i / width));
-            let rows: Vec<f64> = rows.collect();
-            let mut room = Vec::new();
-            let found = Trend::removed_across((&rows, width), kind, &mut room, &mut Vec::new());
-            for c in 0..width {
-                let mut record: Vec<f64> = (0..333).map(|n| value(c, n)).collect();
-                Trend::remove_from(&mut record, kind, |_| true, &mut Vec::new());
-                let found: Vec<f64> = found.iter().skip(c).step_by(width).copied().collect();
-                let [found, record] = [found, record].map(|of| of.into_iter().map(f64::to_bits));
-                assert!(found.eq(record), "{width} {c}");
-            }
-        }
-    }
 }

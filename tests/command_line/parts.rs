@@ -40,7 +40,7 @@ fn regress_merged_parts_are_the_whole() {
         contains_all(&said, &["memory", "--memory"]);
     }
     let summary = place.json("a/summary.json");
-    assert_eq!(summary["schema"], "cascade.part/2");
+    assert_eq!(summary["schema"], "cascade.part/3");
     assert_eq!(summary["range"][0], 0);
 }
 

@@ -174,7 +174,9 @@ impl Coherence {
 /// ```
 ///
 /// with probability `1 - alpha`, `t` the two-sided quantile of Student's distribution with `2 K - 2` degrees of freedom, u
-/// the coherence less what chance adds to it. It is stated where `g` is above the level, and the root below 1.
+/// the coherence less what chance adds to it. It is stated where `g` is above the level, and the root below 1. Those above it by
+/// chance have no phase: of a site whose coherence is above the level at a share r of the frequencies, alpha is `r alpha` (the rate of
+/// false statements among those that are made).
 ///
 /// # Shapes
 /// Each field is one record of every site (a shot); all have the same axes. Results: `(frequency, site)`.
@@ -190,7 +192,7 @@ impl Coherence {
 /// # Source
 /// J. S. Bendat, A. G. Piersol, "Random Data", 4th ed. (2010), sections 9.2 and 11.2; G. C. Carter, C. H.
 /// Knapp, A. H. Nuttall (1973) for the level; L. H. Koopmans, "The Spectral Analysis of Time Series" (1974),
-/// section 8.4, for the interval of the phase.
+/// section 8.4, for the interval of the phase; Y. Benjamini, D. Yekutieli, J. Am. Stat. Assoc. 100, 71 (2005) for its alpha.
 pub fn coherence(
     fields: &[&Field],
     request: &CoherenceRequest,
@@ -232,7 +234,14 @@ impl Coherence {
         if known.iter().all(|[level, _]| level.is_nan()) {
             return;
         }
-        let spread = |j: usize| phase_spread(self.alpha, known[j][1]);
+        let end = self.segment[0].div_ceil(2);
+        let inside = self.coherence.slice(ndarray::s![1..end, ..]);
+        // Of a site the probability that one of the intervals which are stated does not hold.
+        let chance = |j: usize| {
+            let above = inside.column(j).into_iter().filter(|g| **g > known[j][0]);
+            self.alpha * above.count().max(1) as f64 / (end - 1).max(1) as f64
+        };
+        let spread = |j: usize| phase_spread(chance(j), known[j][1]);
         let spreads: Vec<f64> = (0..known.len()).map(spread).collect();
         // Not a number where the sine is none.
         let interval = |((_, j), g): ((usize, usize), &f64)| match *g > known[j][0] {
@@ -252,8 +261,9 @@ impl Coherence {
         }
         self.delays = follows.iter().map(|site| site.delay).collect();
         let slowness = Slowness::of_delays(self);
-        let least: Vec<f64> = spreads.iter().map(|s| least_coherence(*s)).collect();
-        let end = self.segment[0].div_ceil(2);
+        let spread = |independent: &f64| phase_spread(self.alpha, *independent);
+        let least = independent.iter().map(|k| least_coherence(spread(k)));
+        let least: Vec<f64> = least.collect();
         let power = self.spectrum.column(self.reference);
         let is_own = is_own(power);
         let leakage = delay::leakage(realisations);

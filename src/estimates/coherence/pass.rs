@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
     Grid, KeptOfSites, Portion, Realisations, Records, SegmentScratch, SegmentsLeft, Shot, Shots,
-    Sums, SumsShape, TOGETHER, a_site, check_count, check_significance, check_squares,
+    Sums, SumsShape, TOGETHER, a_site, check_count, check_significance,
 };
 use crate::numeric::lanes::widest;
 use crate::prepare::Gaps;
@@ -62,14 +62,13 @@ struct Reference {
     spectra: Vec<Complex<f64>>,
     /// Of the first of them.
     first: usize,
-    squared: f64,
     kept: KeptOfSites,
 }
 
 impl Pass<'_> {
     pub fn run(&self, shots: &Shots<'_>) -> Result<Coherence> {
-        let (unit, tiles) = self.sums(shots, &self.realisations.whole_records(self.records))?;
-        self.finish(tiles, unit)
+        let tiles = self.sums(shots, &self.realisations.whole_records(self.records))?;
+        self.finish(tiles)
     }
 
     /// Bytes that are needed beside the samples, of which so many of a record are read.
@@ -97,11 +96,11 @@ impl Pass<'_> {
     /// The transforms of the reference.
     fn reference(&self, shot: &Shot<'_>) -> Reference {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
-        let (site, squared) = (self.request.reference, shot.scale * shot.scale);
+        let site = self.request.reference;
         let segments = &shot.portion.segments;
         let mut spectra = Vec::with_capacity(segments.len() * tapers * bins);
         let conjugate = |_: usize, found: &[Complex<f64>]| {
-            spectra.extend(found.iter().map(|x| x.conj() * squared));
+            spectra.extend(found.iter().map(|x| x.conj()));
         };
         let record = shot.record(site);
         let (record, mut scratch) = (Records::interleaved(&record, 1), SegmentScratch::default());
@@ -110,7 +109,6 @@ impl Pass<'_> {
         Reference {
             spectra,
             first: segments.start * tapers,
-            squared,
             kept: shot.kept(site..site + 1, self.realisations.segments),
         }
     }
@@ -144,40 +142,36 @@ impl Pass<'_> {
                 spectra,
                 width: records.width(),
                 reference: other,
-                squared: reference.squared,
                 has: &has,
                 sums: [own, re, im],
             });
             for (y, beside) in other.iter().zip(beside) {
-                // The transform of the reference has the square already.
-                let power = y.norm_sqr() / reference.squared;
                 let sums = beside.0.iter_mut().zip(&has);
-                sums.for_each(|(sum, has)| *sum += has * power);
+                sums.for_each(|(sum, has)| *sum += has * y.norm_sqr());
             }
         };
         self.realisations
             .each_of(&shot.portion, records, scratch, visit);
     }
 
-    fn finish(&self, tiles: Vec<Sums>, unit: f64) -> Result<Coherence> {
-        check_squares(unit)?;
+    fn finish(&self, tiles: Vec<Sums>) -> Result<Coherence> {
         let left = tiles.iter().flat_map(|tile| &tile.left);
         let left = self.realisations.segments_left(self.records, left)?;
-        let mut found = self.estimate(&tiles, left, unit);
+        let mut found = self.estimate(&tiles, left);
         drop(tiles);
         found.judge(self.realisations);
         Ok(found)
     }
 
     /// What sums over all realisations say, without intervals, delays and speeds.
-    fn estimate(&self, tiles: &[Sums], left: Option<SegmentsLeft>, unit: f64) -> Coherence {
+    fn estimate(&self, tiles: &[Sums], left: Option<SegmentsLeft>) -> Coherence {
         let (realisations, grid) = (self.realisations, self.grid);
         let (records, length) = (self.records, realisations.segments.length);
         let (bins, reference) = (realisations.bins(), self.request.reference);
         let steadiness = tiles[reference / TOGETHER].steadiness()[reference % TOGETHER];
         let steadiness = steadiness / records as f64;
         let independence = realisations.independence(records, left.as_ref(), steadiness);
-        let density = grid.time.step * unit * unit / (records * realisations.count()) as f64;
+        let density = grid.time.step / (records * realisations.count()) as f64;
         // Of a site from which segments are left out.
         let part = |j: usize| match &left {
             None if tiles[j / TOGETHER].steadiness()[j % TOGETHER].is_nan() => f64::NAN,
@@ -248,11 +242,11 @@ impl Divided for Pass<'_> {
         of_sites.saturating_add(OF_BIN * bins + self.search_bytes())
     }
 
-    fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)> {
+    fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<Vec<Sums>> {
         let held = self.held(shots.longest, portions);
         let block = shots.block("the cross-spectra of this field", held)?;
         let mut tiles = vec![None; shots.tiles()];
-        let unit = shots.each_portion(block, portions, |shot| {
+        shots.each_portion(block, portions, |shot| {
             let reference = self.reference(shot);
             shot.each_tile(
                 "cross-spectra",
@@ -263,12 +257,12 @@ impl Divided for Pass<'_> {
                 },
             )
         })?;
-        Ok((unit, tiles.into_iter().flatten().collect()))
+        Ok(tiles.into_iter().flatten().collect())
     }
 
-    fn combine(&self, sums: Vec<Sums>, unit: f64) -> Result<Combined> {
+    fn combine(&self, sums: Vec<Sums>) -> Result<Combined> {
         check_count(self.records * self.realisations.count())?;
-        let found = self.finish(sums, unit)?;
+        let found = self.finish(sums)?;
         Ok(Combined::Coherence(Box::new(found)))
     }
 }

@@ -10,10 +10,8 @@ pub(super) struct Products<'a> {
     /// `[bin * width + site]`.
     pub spectra: &'a [Complex<f64>],
     pub width: usize,
-    /// The conjugate transform of the reference, times `squared`.
+    /// The conjugate transform of the reference.
     pub reference: &'a [Complex<f64>],
-    /// What powers are multiplied by.
-    pub squared: f64,
     /// 1, or 0 for a site whose realisation does not count.
     pub has: &'a [f64; TOGETHER],
     /// A block a bin: power, real and imaginary part of the product with the reference.
@@ -26,7 +24,7 @@ impl SimdKernel for Products<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let [own, re, im] = self.sums;
-        let (squared, has) = (L::splat(self.squared), L::read(self.has));
+        let has = L::read(self.has);
         // Of less than eight sites.
         let mut room = [Complex::default(); TOGETHER];
         let rows = self.spectra.chunks_exact(self.width).zip(self.reference);
@@ -41,7 +39,7 @@ impl SimdKernel for Products<'_> {
             let [x_re, x_im] = L::parts(row);
             let (y_re, y_im) = (L::splat(y.re), L::splat(y.im));
             let add = |sum: &mut LaneBlock, value: L| (L::load(sum) + value).store(sum);
-            add(own, has * ((x_re * x_re + x_im * x_im) * squared));
+            add(own, has * (x_re * x_re + x_im * x_im));
             add(re, has * (y_re * x_re - y_im * x_im));
             add(im, has * (y_re * x_im + y_im * x_re));
         }

@@ -10,14 +10,12 @@ use crate::sheet::{
 use crate::unit::label;
 
 const DEFINITIONS: &str = "\
-    Coherence γ²: Share of a site's power at a frequency that follows the reference linearly: |S_rj|² / (S_rr S_jj) of \
-        averaged cross-spectra, 0 to 1.
-    Level: What one cell exceeds by chance with the stated probability where the true coherence is 0. Of many cells, that \
-        share exceeds it.
-    Delay: By how much a site follows the reference, over all coherent frequencies; positive behind it. Its error assumes \
-        that records differ by a delay and independent noise.
-    Phase velocity: 2πf/k, with k from the phases of the sites around the reference up to the first whose phase is not known \
-        to 45 degrees; positive for waves towards +x. Sites must be less than half a wavelength apart.";
+    Coherence γ²: Share of a site's power at a frequency that follows the reference linearly, 0 to 1.
+    Level: What one cell exceeds by chance with the stated probability. Of many cells, that share exceeds it.
+    Delay: By how much a site follows the reference, over all coherent frequencies, if records differ by a delay and \
+        independent noise; positive behind it.
+    Phase velocity: 2πf/k, with k from the phases of the sites around the reference that are known to 45 degrees; positive \
+        towards +x. Sites must be less than half a wavelength apart.";
 
 impl Describe for Coherence {
     /// Variables: `frequency` (nf), `position` (n); `coherence`, `phase`, `phase_interval`, `spectrum` (nf, n); `delay`,
@@ -38,8 +36,7 @@ impl Describe for Coherence {
             let text = format!("{above} of the cells are above the level of chance, {level}");
             sheet.fact("coherence", text);
         }
-        let rows = [("level of one cell", level)];
-        self.independence.describe(&mut sheet, self.segment, rows);
+        self.independence.describe(&mut sheet, self.segment);
         if let Some(left) = &self.segments_left {
             left.describe(&mut sheet, "sites");
         }

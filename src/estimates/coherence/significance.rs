@@ -97,15 +97,4 @@ mod tests {
             assert!((0.03..0.065).contains(&share), "{sites}: {share}");
         }
     }
-
-    #[test]
-    fn val_a_tone_and_a_weak_broad_band_are_coherent() {
-        let test = of_sites(1);
-        let mut tone = vec![0.7; 200];
-        (tone[20], tone[21]) = (30.0, 25.0);
-        assert_eq!(test.threshold(&tone), Some(25.0));
-        assert!(test.threshold(&[1.4; 200]).is_some());
-        assert!(test.threshold(&[0.9; 200]).is_none());
-        assert!(test.threshold(&[f64::NAN; 200]).is_none());
-    }
 }

@@ -110,7 +110,7 @@ impl Pass<'_> {
         let of_sites = (chosen.iter().copied(), records);
         self.realisations
             .add_steadiness(shot, of_sites, scratch, steadiness);
-        let spectra = Spectra::of(self.realisations, records, shot.scale, scratch);
+        let spectra = Spectra::of(self.realisations, records, scratch);
         let zeros = || TripleSums::zeros(&self.own);
         tile.products.resize_with(chosen.len(), zeros);
         // Tiles are in parallel where there are several.

@@ -105,7 +105,7 @@ impl<'a> Pass<'a> {
         let of_sites = (sites.into_iter(), records);
         self.realisations
             .add_steadiness(shot, of_sites, &mut scratch, steadiness);
-        let spectra = Spectra::of(self.realisations, records, shot.scale, &mut scratch);
+        let spectra = Spectra::of(self.realisations, records, &mut scratch);
         if let (Some(x), Some(z)) = (spectra.first(), spectra.last()) {
             add_products(&self.triples, [x, z], map, true);
         }

@@ -8,15 +8,10 @@ use crate::sheet::{Colors, Describe, HeatChart, PlotRow, Role, Sheet, Units, num
 use crate::unit::label;
 
 const DEFINITIONS: &str = "\
-    Bicoherence b²: |⟨X₁X₂X₃*⟩|² / (⟨|X₁X₂|²⟩ ⟨|X₃|²⟩) at the frequencies f₁, f₂ and f₃ = f₁ + f₂, 0 to 1: the share of the \
-        power at f₃ whose phase follows the sum of the phases at f₁ and f₂.
-    What it does not say: Which of the three frequencies feeds which. A transfer towards high frequency needs its growth \
-        along x, an estimate of the transfer between two sites, or a budget.
+    Bicoherence b²: |⟨X₁X₂X₃*⟩|² / (⟨|X₁X₂|²⟩ ⟨|X₃|²⟩) at f₁, f₂ and f₃ = f₁ + f₂, 0 to 1: the share of the power at f₃ whose \
+        phase follows the sum of the phases at f₁ and f₂. It does not say which of the three feeds which.
     Levels: Without coupling one cell exceeds the level of one cell with the stated probability, and any cell of the whole \
-        map the level of the map (a family-wise level: corrected for the number of cells by Sidak). The answer names the \
-        share of fields of noise whose strongest triple is as strong; frequencies are said to be coupled in less than 1 % of \
-        them, and from there to the level of the map that they may be. Repeated pulses of the same shape are coupled at all \
-        frequencies.
+        map the level of the map. Frequencies are said to be coupled where less than 1 % of fields of noise have as much.
     Biphase: The phase of ⟨X₁X₂X₃*⟩: 0 or 180 degrees where crests are peaked or flat, ±90 degrees where one flank is steep.";
 
 /// The probability of a triple below which frequencies are said to be coupled: noise alone had such triples in 0.4 to 0.95 % of
@@ -54,12 +49,7 @@ impl Describe for Bicoherence {
             );
             sheet.fact("coupled", text);
         }
-        let rows = [
-            ("triples of frequencies", cells.to_string()),
-            ("level of one cell", of_cell),
-            ("level of the map", of_map),
-        ];
-        self.independence.describe(&mut sheet, self.segment, rows);
+        self.independence.describe(&mut sheet, self.segment);
         sheet.numbers(json!({
             "time_unit": words.time,
             "space_unit": words.space,

@@ -35,11 +35,10 @@ pub(super) fn last_bin(length: usize) -> usize {
 }
 
 impl Spectra {
-    /// Of each of the records, multiplied by `scale`: the realisations that are kept.
+    /// Of each of the records the realisations that are kept.
     pub fn of(
         realisations: &Realisations,
         records: Records<'_>,
-        scale: f64,
         scratch: &mut SegmentScratch,
     ) -> Vec<Spectra> {
         let (bins, width) = (last_bin(realisations.segments.length) + 1, records.width());
@@ -60,7 +59,6 @@ impl Spectra {
                 let places = re.iter_mut().zip(im).zip(&mut one.power[range]);
                 let spectrum = spectra.iter().skip(c).step_by(width);
                 for (x, ((re, im), power)) in spectrum.zip(places) {
-                    let x = x * scale;
                     (*re, *im, *power) = (x.re, x.im, x.norm_sqr());
                 }
             }

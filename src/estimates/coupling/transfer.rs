@@ -169,13 +169,13 @@ impl Pass<'_> {
         let held = 2 * self.shots.count() as u64 * Spectra::bytes(length, count);
         let block = self.shots.block("the transforms of two sites", held)?;
         let kept = self.realisations.segments.record;
-        let unit = self.shots.each(block, |shot| {
+        self.shots.each(block, |shot| {
             let (input, output) = (shot.record(request.from), shot.record(request.to));
             let (input, output) = (&input[..kept], &output[request.lag..]);
             steady += steadiness(input).min(steadiness(output));
             let mut of = |record: &[f64]| {
                 let record = Records::interleaved(record, 1);
-                let spectra = Spectra::of(self.realisations, record, shot.scale, &mut scratch);
+                let spectra = Spectra::of(self.realisations, record, &mut scratch);
                 spectra.into_iter().next().unwrap_or_default()
             };
             records.push([of(input), of(output)]);
@@ -216,8 +216,8 @@ impl Pass<'_> {
             draws: &draws,
             last: self.last,
             independent,
-            density: 2.0 * step * unit * unit,
-            kernel: self.realisations.quadratic_scale() / unit,
+            density: 2.0 * step,
+            kernel: self.realisations.quadratic_scale(),
             df: 1.0 / (self.realisations.segments.length as f64 * step),
         };
         let outputs = fit.all(observer)?;

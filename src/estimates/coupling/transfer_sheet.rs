@@ -11,15 +11,11 @@ use crate::sheet::{
 use crate::unit::label;
 
 const DEFINITIONS: &str = "\
-    Model: Y(f) = L(f) X(f) + Σ Q(f₁, f₂) X(f₁) X(f₂) over f₁ + f₂ = f, differences included, by least squares over \
-        realisations. The input is not taken for Gaussian.
-    Gained from pairs: What the quadratic terms add to the power of a frequency between the two sites; what it gives to \
-        others is negative. Chance is subtracted.
+    Model: Y(f) = L(f) X(f) + Σ Q(f₁, f₂) X(f₁) X(f₂) over f₁ + f₂ = f, differences included, by least squares over realisations.
+    Gained from pairs: What the quadratic terms add to the power of a frequency between the two sites, less chance.
     Passes f: Power that the quadratic terms move from below f to above it; positive towards high frequency.
-    Not fitted: Each fifth of the realisations is predicted from the others. A share below 0 means that the terms predict \
-        nothing: the field has no such expansion, or the realisations are too few.
-    Weaker and stronger half: The coefficients of an expansion do not depend on the amplitude. Fitted to the weaker half of \
-        the realisations, they must explain the stronger half too.";
+    Not fitted: Each fifth of the realisations is predicted from the others. A share below 0 means that the terms predict nothing.
+    Weaker and stronger half: Fitted to the weaker half of the realisations, an expansion must explain the stronger half too.";
 
 impl Describe for Transfer {
     /// Variables: of each output frequency (nf) `frequency`, `input`, `output`, `magnitude`, `magnitude_error`, `phase`,
@@ -41,7 +37,6 @@ impl Describe for Transfer {
         let of_rest = percent(shares.held_out_of_rest);
         let stronger = shares.stronger_half_of_rest;
         let stronger = stronger.map_or("not tested".into(), percent);
-        let undetermined: usize = self.outputs.iter().map(|output| output.undetermined).sum();
         let explained = [
             ("linear terms", percent(shares.linear)),
             ("quadratic terms", percent(shares.quadratic)),
@@ -52,11 +47,7 @@ impl Describe for Transfer {
         ];
         let explained = Table::of_values("Explained of the output's power", explained);
         sheet.tables.push(explained.printed());
-        let rows = [
-            ("unknowns of a frequency", self.unknowns.to_string()),
-            ("terms that others replace", undetermined.to_string()),
-        ];
-        self.independence.describe(&mut sheet, self.segment, rows);
+        self.independence.describe(&mut sheet, self.segment);
         sheet.numbers(json!({
             "from": self.from,
             "from_position": self.space.at(self.from),

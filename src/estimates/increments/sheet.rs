@@ -6,8 +6,8 @@ use super::moments::ORDERS;
 use super::{AxisIncrements, Increments, IntervalBasis, ScaleMoments, ScalingExponents};
 use crate::numeric::LineFit;
 use crate::sheet::{
-    BLACK, BLUE, Chart, Column, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table,
-    Units, VERMILLION, confidence, name_of, number, with_half,
+    BLACK, BLUE, Chart, Column, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Units,
+    VERMILLION, confidence, name_of, number, with_half,
 };
 use crate::unit::label;
 
@@ -16,12 +16,10 @@ const DEFINITIONS: &str = "\
     Structure function: Mean of |increment| to the power p, over all pairs of samples. Charts show its p-th root.
     Flatness: ⟨d⁴⟩/⟨d²⟩²: 3 for normal increments of one level, more where levels of sites or times differ.
     Local flatness: That of increments in units of their level at each site, or pair of sites, and in each of 16 parts of the \
-        times: 3 for normal increments of any levels. Where it is above 3 and grows towards small scales, the field is \
-        intermittent: large increments are rare and concentrated.
-    Third moment: ⟨d³⟩ with its sign. Negative along x where fronts steepen towards +x. In Burgers' equation and in \
-        turbulence a negative one goes with transfer to small scales; elsewhere it states an asymmetry alone.
-    Exponent: Slope of ln S_p against the logarithm of the scale over the stated band. The interval over shots or parts holds \
-        what another record would give, that of the regression deviations from a power law alone.";
+        times: 3 for normal increments of any levels. Where it is above 3 and grows towards small scales, the field is intermittent.
+    Third moment: ⟨d³⟩ with its sign. Negative along x where fronts steepen towards +x.
+    Exponent: Slope of ln S_p against the logarithm of the scale over the stated band. The interval of the regression holds \
+        deviations from a power law alone, not what another record would give.";
 
 impl Describe for Increments {
     /// Variables of each axis, `space_` and `time_`: `scale`, `pairs` (n); `structure`, `structure_half` (n, 6), orders 1
@@ -55,12 +53,6 @@ impl Describe for Increments {
                 "name several records of the same sites, one a shot",
             );
         }
-        let rows = [
-            ("shots", self.shots.to_string()),
-            ("steadiness", number(self.steadiness)),
-            ("intervals", basis),
-        ];
-        sheet.tables.push(Table::of_values("Averages", rows));
         let axes: Vec<_> = self.axes.iter().map(AxisIncrements::numbers).collect();
         sheet.numbers(json!({
             "time_unit": words.time,

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
     Averaging, Independence, Realisations, Shots, Sums, SumsShape, TOGETHER, check_count,
-    check_significance, check_squares, first_of, interval_factors, steadiness_of_sites,
+    check_significance, first_of, interval_factors, steadiness_of_sites,
 };
 use crate::field::{Axis, Field};
 use crate::numeric::lanes::WIDTH;
@@ -269,11 +269,10 @@ impl Pass<'_> {
         for from in (0..bins).step_by(together) {
             let to = bins.min(from + together);
             let mut room = Buffer::<Cell>::zeros((self.shots.tiles(), (to - from) * all))?;
-            let (tiles, unit) = self.spectra(from, to, block, room.numbers_mut())?;
+            let tiles = self.spectra(from, to, block, room.numbers_mut())?;
             if from == 0 {
                 found.independence = self.independence(&tiles);
             }
-            check_squares(unit)?;
             let snapshots = Snapshots {
                 tiles: &tiles.iter().map(|tile| &*tile.cells).collect::<Vec<_>>(),
                 n_sites,
@@ -289,7 +288,7 @@ impl Pass<'_> {
             };
             let values = starts.par_iter().map(solve);
             let values: Vec<Vec<Eigenvalues>> = values.collect::<Result<_>>()?;
-            let density = self.first.time.step * unit * unit * self.first.space.step.abs();
+            let density = self.first.time.step * self.first.space.step.abs();
             for (bin, values) in (from..).zip(values.into_iter().flatten()) {
                 let scale = density * fold(bin, segments.length) / all as f64;
                 for (n, value) in values.energies.iter().enumerate() {
@@ -360,15 +359,14 @@ impl Pass<'_> {
         Ok((bins as usize, block))
     }
 
-    /// The spectra of all realisations at the bins `from .. to`, in `cells`, which are 0, and the unit of the
-    /// samples.
+    /// The spectra of all realisations at the bins `from .. to`, in `cells`, which are 0.
     fn spectra<'c>(
         &self,
         from: usize,
         to: usize,
         block: Option<usize>,
         cells: &'c mut [Cell],
-    ) -> Result<(Vec<TileSpectra<'c>>, f64)> {
+    ) -> Result<Vec<TileSpectra<'c>>> {
         let (all, count) = (self.count(), self.realisations.count());
         let pieces = self.realisations.pieces();
         let tile = |cells| TileSpectra {
@@ -379,14 +377,14 @@ impl Pass<'_> {
         let mut tiles: Vec<TileSpectra<'c>> = tiles.map(tile).collect();
         let mut first = 0;
         let portions = self.realisations.whole_records(self.shots.count());
-        let unit = self.shots.each_portion(block, &portions, |shot| {
+        self.shots.each_portion(block, &portions, |shot| {
             shot.each_tile("spectra", &mut tiles, |scratch, sites, records, out| {
                 let width = sites.len();
                 if from == 0 {
                     let [_, squares] =
                         records.mean_and_squares(0..records.length(), &mut Vec::new());
                     let energies = out.sums.plain[0].0.iter_mut().zip(squares);
-                    energies.for_each(|(sum, square)| *sum += square * shot.scale * shot.scale);
+                    energies.for_each(|(sum, square)| *sum += square);
                     let sums = &mut out.sums;
                     self.realisations
                         .add_steadiness(shot, (sites, records), scratch, sums);
@@ -397,7 +395,7 @@ impl Pass<'_> {
                     for (row, [re, im]) in rows.zip(cells) {
                         let parts = re.0.iter_mut().zip(&mut im.0);
                         for (x, (re, im)) in row.iter().zip(parts) {
-                            (*re, *im) = (x.re * shot.scale, x.im * shot.scale);
+                            (*re, *im) = (x.re, x.im);
                         }
                     }
                 });
@@ -405,7 +403,7 @@ impl Pass<'_> {
             first += count;
             Ok(())
         })?;
-        Ok((tiles, unit))
+        Ok(tiles)
     }
 }
 

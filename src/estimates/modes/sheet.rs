@@ -57,7 +57,7 @@ impl Describe for Modes {
             let text = modes.collect::<Vec<_>>().join("; ");
             sheet.fact(format!("f = {}", number(shapes.frequency)), text);
         }
-        self.independence.describe(&mut sheet, self.segment, []);
+        self.independence.describe(&mut sheet, self.segment);
         let chosen = |shapes: &ModeShapes| -> Value {
             let kept = 0..shapes.modes.nrows();
             let eigenvalues: Vec<f64> = kept.map(|n| self.eigenvalues[[shapes.bin, n]]).collect();

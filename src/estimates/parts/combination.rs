@@ -37,7 +37,6 @@ pub fn join<P: Borrow<Partial>>(partials: &[P], memory: Option<u64>) -> Result<P
     let about = PartialAbout {
         part: None,
         range: [all.first, all.next],
-        unit: all.unit.unwrap_or(1.0),
         ..all.about
     };
     let segments = all.realisations.segments.count();
@@ -68,8 +67,6 @@ pub struct Combination {
     shape: SumsShape,
     /// Of each tile.
     sums: Vec<Sums>,
-    /// The unit of what is summed; `None` before a part that is not silent.
-    unit: Option<f64>,
     /// The first segment of all records that is summed, and the next one to be.
     first: usize,
     next: usize,
@@ -120,15 +117,11 @@ impl Combination {
         let mut next = start;
         let mut before = "";
         for &at in &order {
-            let (name, PartialAbout { range, unit, .. }) = &parts[at];
+            let (name, PartialAbout { range, .. }) = &parts[at];
             let [from, end] = *range;
-            let is_one = from < end && end <= all && *unit > 0.0 && unit.is_finite();
-            let expected = format!("segments among the {all} of all records, and a unit above 0");
-            require(
-                is_one,
-                expected,
-                format!("{from} to {end}, and {unit}, in {name}"),
-            )?;
+            let is_one = from < end && end <= all;
+            let expected = format!("segments among the {all} of all records");
+            require(is_one, expected, format!("{from} to {end} in {name}"))?;
             let last = next.min(end).saturating_sub(1);
             let found = format!("segments {from} to {last} in {before} and {name}");
             require(from >= next, "each part once", found)?;
@@ -157,7 +150,6 @@ impl Combination {
             shape,
             sums: vec![Sums::zeros(shape); about.grid.tiles()],
             about,
-            unit: None,
             first: start,
             next: start,
         };
@@ -178,18 +170,7 @@ impl Combination {
         let found = format!("{} from {from} on in {name}", partial.sums.len());
         require(is_next, expected, found)?;
         let read = |numbers| Sums::read(self.shape, &begun, numbers);
-        let mut tiles: Vec<Sums> = partial.sums.chunks_exact(width).map(read).collect();
-        // Sums are in the largest of all units, so that nothing leaves the range of numbers but what is too small to
-        // count; the unit of silence says nothing.
-        if !tiles.iter().all(Sums::is_silent) {
-            let unit = partial.about.unit;
-            let before = self.unit.unwrap_or(unit);
-            let largest = unit.max(before);
-            let scale = |tile: &mut Sums, unit: f64| tile.rescale(unit / largest);
-            self.sums.iter_mut().for_each(|tile| scale(tile, before));
-            tiles.iter_mut().for_each(|tile| scale(tile, unit));
-            self.unit = Some(largest);
-        }
+        let tiles: Vec<Sums> = partial.sums.chunks_exact(width).map(read).collect();
         let (samples, about_mean) = (self.realisations.reached(), self.realisations.about_mean());
         for (sums, tile) in self.sums.iter_mut().zip(tiles) {
             sums.merge(tile, samples, about_mean);
@@ -209,7 +190,7 @@ impl Combination {
         require(self.next == all, "all parts", found)?;
         let (request, grid) = (&self.about.request, &self.about.grid);
         let pass = request.pass(&self.realisations, grid, records);
-        pass.combine(self.sums, self.unit.unwrap_or(1.0))
+        pass.combine(self.sums)
     }
 }
 
@@ -239,7 +220,7 @@ pub fn outline(field: &Field, times: usize, request: &DividedRequest) -> Result<
     let needed = needed.into_iter().fold(state, u64::saturating_add);
     check_memory("the outline of this result", needed, request.choices().1)?;
     let sums = vec![Sums::of_silence(pass.shape()); grid.tiles()];
-    let result = pass.combine(sums, 1.0)?;
+    let result = pass.combine(sums)?;
     Ok(Outline {
         segments: realisations.segments,
         result,
@@ -275,7 +256,6 @@ fn difference(a: &PartialAbout, b: &PartialAbout) -> Option<String> {
     let mut other = PartialAbout {
         part: a.part,
         range: a.range,
-        unit: a.unit,
         ..b.clone()
     };
     // Blocks have coordinates of their own, which round.

@@ -175,9 +175,7 @@ impl Realisations {
             let rows = start + from - first..start + to - first;
             let count = rows.len() as f64;
             let [means, squares] = records.mean_and_squares(rows, &mut scratch.numbers);
-            let squared = shot.scale * shot.scale;
-            let means = means.map(|mean| mean * shot.scale);
-            let squares = std::array::from_fn(|lane| squares[lane] * squared + mark[lane]);
+            let squares = std::array::from_fn(|lane| squares[lane] + mark[lane]);
             sums.add_piece((shot.portion.record, piece), count, means, squares);
         }
     }

@@ -16,13 +16,8 @@ const DEFINITIONS: &str = "\
 const NAMED: usize = 8;
 
 impl Independence {
-    /// Says what is averaged: numbers, a warning where it is one realisation, and a table that ends with these rows.
-    pub(crate) fn describe(
-        &self,
-        sheet: &mut Sheet,
-        [segment, overlap]: [usize; 2],
-        further: impl IntoIterator<Item = (&'static str, String)>,
-    ) {
+    /// Says what is averaged: numbers, a warning where it is one realisation, and a table.
+    pub(crate) fn describe(&self, sheet: &mut Sheet, [segment, overlap]: [usize; 2]) {
         sheet.numbers(json!({
             "segment": segment,
             "overlap": overlap,
@@ -35,7 +30,6 @@ impl Independence {
             ("samples a segment", segment.to_string()),
             ("effective realisations", number(self.effective)),
         ];
-        let rows = rows.into_iter().chain(further);
         sheet.tables.push(Table::of_values("Averages", rows));
         let is_one = self.is_transient() && self.records < 2;
         sheet.warnings.extend(is_one.then(|| self.warning()));

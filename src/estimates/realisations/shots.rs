@@ -43,19 +43,9 @@ pub(crate) struct Shots<'a> {
     pub observer: &'a dyn Observer,
 }
 
-/// Fourth powers stay in the range of numbers.
-const MOST_SCALE: f64 = f64::from_bits((1023 + 230) << 52);
-
-/// Amplitudes whose squares, times a record's length, are numbers.
-const AMPLITUDES: std::ops::Range<f64> = 1e-150..1e150;
-
-/// # Errors
-/// [`Error::Request`] for amplitudes whose squares leave the range of numbers: densities are stated in the field's own unit.
-pub(crate) fn check_squares(amplitude: f64) -> Result<()> {
-    let expected = "amplitudes from 1e-150 to 1e150, whose squares are numbers: another unit";
-    let found = format!("amplitudes near {amplitude:.0e}");
-    Error::require(AMPLITUDES.contains(&amplitude), "field", expected, found)
-}
+/// Amplitudes from and up to which fourth powers of transforms are numbers.
+const AMPLITUDES: &str =
+    "amplitudes from 1e-60 to 1e60, whose fourth powers are numbers: another unit";
 
 /// One of the [`Shots`], open for reading.
 pub(crate) struct Shot<'s> {
@@ -65,8 +55,6 @@ pub(crate) struct Shot<'s> {
     block: Option<usize>,
     gaps: Gaps,
     pub observer: &'s dyn Observer,
-    /// What samples as they are read are multiplied by to be in the unit of the first shot.
-    pub scale: f64,
 }
 
 impl<'a> Shots<'a> {
@@ -135,16 +123,15 @@ impl<'a> Shots<'a> {
         Ok(Some((sites / TOGETHER * TOGETHER).max(TOGETHER)))
     }
 
-    /// Visits all shots in their order, with the blocks that [`Self::block`] found. Returns the unit of
-    /// the samples as they are read: what they are multiplied by to be in the unit of the field.
+    /// Visits all shots in their order, with the blocks that [`Self::block`] found.
     ///
     /// # Errors
-    /// [`Error::NonFinite`]; [`Error::Cancelled`]; those of `visit`.
+    /// [`Error::NonFinite`]; [`Error::Cancelled`]; [`Error::Request`] for amplitudes whose fourth powers are no numbers; those of `visit`.
     pub fn each(
         &self,
         block: Option<usize>,
         visit: impl FnMut(&Shot<'_>) -> Result<()>,
-    ) -> Result<f64> {
+    ) -> Result<()> {
         let whole = |record| Portion {
             record,
             segments: 0..0,
@@ -164,12 +151,10 @@ impl<'a> Shots<'a> {
         block: Option<usize>,
         portions: &[Portion],
         mut visit: impl FnMut(&Shot<'_>) -> Result<()>,
-    ) -> Result<f64> {
-        let mut unit = None;
+    ) -> Result<()> {
         for portion in portions {
             let prepared = self.prepared(portion.record, portion.samples.clone(), block)?;
             let shot = Shot {
-                scale: self.scale(&prepared, portions, &mut unit)?,
                 portion: portion.clone(),
                 prepared,
                 block,
@@ -179,45 +164,7 @@ impl<'a> Shots<'a> {
             self.check_cuts(&shot)?;
             visit(&shot)?;
         }
-        Ok(unit.unwrap_or(1.0))
-    }
-
-    /// What the samples of a record, as they are read, are multiplied by, so that products of four transforms stay in
-    /// the range of numbers: to be in the unit in which those of all records are summed, which is found with the first.
-    ///
-    /// # Errors
-    /// [`Error::Request`] for a record with amplitudes beyond all that were foreseen.
-    fn scale(
-        &self,
-        prepared: &Prepared<'_>,
-        portions: &[Portion],
-        unit: &mut Option<f64>,
-    ) -> Result<f64> {
-        let is_known = portions.len() == 1 || (prepared.unit() >= 1.0 && !prepared.is_silent());
-        let common = match *unit {
-            Some(unit) => unit,
-            // Of amplitudes that are neither tiny nor 0 there is no other unit but of larger ones.
-            None if is_known => prepared.unit(),
-            None => {
-                let mut largest = 0.0;
-                for portion in portions {
-                    let other = self.prepared(portion.record, portion.samples.clone(), None)?;
-                    if !other.is_silent() {
-                        largest = other.unit().max(largest);
-                    }
-                }
-                if largest > 0.0 { largest } else { 1.0 }
-            }
-        };
-        *unit = Some(common);
-        if prepared.is_silent() {
-            return Ok(1.0);
-        }
-        let scale = prepared.unit() / common;
-        let expected = "records whose amplitudes differ by less than 2^230, or the largest first";
-        let found = format!("amplitudes near {:.1e} and {common:.1e}", prepared.unit());
-        Error::require(scale <= MOST_SCALE, "field", expected, found)?;
-        Ok(scale)
+        Ok(())
     }
 
     /// That no gap at the ends of a portion was filled from one side alone.
@@ -293,8 +240,10 @@ impl<'a> Shots<'a> {
         let before = self.held.start;
         let rows = times.start - before..times.end - before;
         let prepared = Prepared::new(field, rows, sites, preparation, tiles, self.observer);
-        let prepared = prepared.map_err(|error| error.later(before));
-        prepared.map(|(prepared, _)| prepared)
+        let (prepared, _) = prepared.map_err(|error| error.later(before))?;
+        let found = format!("amplitudes near {:.0e}", prepared.unit());
+        Error::require(prepared.unit() == 1.0, "field", AMPLITUDES, found)?;
+        Ok(prepared)
     }
 }
 
@@ -342,26 +291,27 @@ impl Shot<'_> {
 
     /// White power that filled samples leave in the record of a site, as a mean square: their share times that of the
     /// error, which is what the same would have left of samples that are known. Masked ones have the mean of the record;
-    /// of interpolated ones, gaps of their mean length are made at all others.
-    pub fn left_by_filling(&self, site: usize, record: impl FnOnce() -> Vec<f64>) -> f64 {
+    /// of interpolated ones, gaps of their mean length are made at all others. Beside it the share of the power that is lost: of
+    /// masked samples twice their share, as transforms lose it.
+    pub fn left_by_filling(&self, site: usize, record: impl FnOnce() -> Vec<f64>) -> [f64; 2] {
         let gaps = self.prepared.gaps_of(site);
         if self.leaves_out() || gaps.is_empty() {
-            return 0.0;
+            return [0.0; 2];
         }
         let record = record();
         let runs = gaps.chunk_by(|a, b| a.time + 1 == b.time).count();
         let reach = (gaps.len() / runs).div_ceil(2).max(1);
         let mean = record.iter().sum::<f64>() / record.len() as f64;
-        let squares: f64 = match self.gaps {
+        let share = gaps.len() as f64 / record.len() as f64;
+        let (squares, lost): (f64, f64) = match self.gaps {
             Gaps::Interpolate => {
                 let around = record.windows(2 * reach + 1);
                 let apart = around.map(|v| v[reach] - 0.5 * (v[0] + v[2 * reach]));
-                apart.map(|e| e * e).sum()
+                (apart.map(|e| e * e).sum(), 0.0)
             }
-            _ => record.iter().map(|v| (v - mean).powi(2)).sum(),
+            _ => (record.iter().map(|v| (v - mean).powi(2)).sum(), 2.0 * share),
         };
-        let share = gaps.len() as f64 / record.len() as f64;
-        share * squares / record.len() as f64
+        [share * squares / record.len() as f64, lost]
     }
 
     /// The segments of the records of a few sites without missing samples.

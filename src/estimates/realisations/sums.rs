@@ -16,7 +16,7 @@ pub(crate) struct SumsShape {
 impl SumsShape {
     /// Numbers of the state over a range of realisations, which begins or ends within so many records.
     pub fn numbers(self, begun: usize) -> usize {
-        WIDTH * (self.plain + 2 + begun * 3 * self.pieces)
+        WIDTH * (self.plain + 4 + begun * 3 * self.pieces)
     }
 
     /// Bytes of a state, at most.
@@ -33,6 +33,8 @@ pub(crate) struct Sums {
     pub left: Vec<SegmentPairs>,
     /// Sums over whole records: of the steadiness of each lane, and of the least steady lane, in the first.
     steadiness: [LaneBlock; 2],
+    /// What filled samples leave, over all records: white power, and the share of power that is lost.
+    pub filled: [LaneBlock; 2],
     /// Pieces of the records that are not whole, by their number.
     begun: Vec<(usize, Vec<Piece>)>,
     /// Pieces of a record.
@@ -45,6 +47,7 @@ impl Sums {
             plain: vec![LaneBlock::default(); shape.plain],
             left: Vec::new(),
             steadiness: Default::default(),
+            filled: Default::default(),
             begun: Vec::new(),
             pieces: shape.pieces,
         }
@@ -119,8 +122,8 @@ impl Sums {
     pub fn merge(&mut self, later: Sums, samples: usize, about_mean: bool) {
         let sums = self.plain.iter_mut().chain(&mut self.steadiness);
         let added = later.plain.iter().chain(&later.steadiness);
-        let lanes = sums.flat_map(|sum| &mut sum.0);
-        let added = added.flat_map(|value| &value.0);
+        let lanes = sums.chain(&mut self.filled).flat_map(|sum| &mut sum.0);
+        let added = added.chain(&later.filled).flat_map(|value| &value.0);
         lanes.zip(added).for_each(|(sum, value)| *sum += value);
         for (record, pieces) in later.begun {
             let own = self.pieces_of(record);
@@ -129,31 +132,11 @@ impl Sums {
         self.close(samples, about_mean);
     }
 
-    /// Multiplies the samples by a power of two; plain sums are those of their squares.
-    pub fn rescale(&mut self, factor: f64) {
-        let squared = factor * factor;
-        let scale = |block: &mut LaneBlock, by: f64| block.0.iter_mut().for_each(|v| *v *= by);
-        let blocks = self.plain.iter_mut();
-        blocks.for_each(|block| scale(block, squared));
-        for [_, mean, squares] in self.begun.iter_mut().flat_map(|(_, pieces)| pieces) {
-            scale(mean, factor);
-            scale(squares, squared);
-        }
-    }
-
-    /// Whether these are sums over zeros.
-    pub fn is_silent(&self) -> bool {
-        let pieces = self.begun.iter().flat_map(|(_, pieces)| pieces);
-        // The first block of a piece counts samples.
-        let pieces = pieces.flat_map(|piece| &piece[1..]);
-        let mut all = self.plain.iter().chain(pieces);
-        all.all(|block| block.0.iter().all(|sum| *sum == 0.0))
-    }
-
     /// The state, as numbers, of which these records are begun.
     pub fn write(&mut self, begun: &[usize], out: &mut Vec<f64>) {
         out.extend_from_slice(bytemuck::cast_slice(&self.plain));
         out.extend_from_slice(bytemuck::cast_slice(&self.steadiness));
+        out.extend_from_slice(bytemuck::cast_slice(&self.filled));
         for record in begun {
             let pieces = self.pieces_of(*record).iter();
             out.extend(pieces.flatten().flat_map(|block| block.0));
@@ -166,6 +149,7 @@ impl Sums {
         let rows = numbers.as_chunks::<WIDTH>().0.iter();
         let mut blocks = rows.map(|row| LaneBlock(*row));
         let whole = sums.plain.iter_mut().chain(&mut sums.steadiness);
+        let whole = whole.chain(&mut sums.filled);
         whole.zip(&mut blocks).for_each(|(to, block)| *to = block);
         for record in begun {
             let pieces = sums.pieces_of(*record).iter_mut();

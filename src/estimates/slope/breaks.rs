@@ -184,26 +184,6 @@ mod tests {
         (1..=count).map(point).collect()
     }
 
-    #[test]
-    fn val_known_breaks_are_found_within_their_intervals() {
-        let law = |x: f64| -2.0 * x - 1.5 * (x - 20f64.ln()).max(0.0);
-        let found = breaks(&noisy(300, 0.1, law, 1), 2, 0.05).unwrap();
-        assert_eq!(found.at.len(), 1, "{found:?}");
-        assert!(
-            found.intervals[0][0] <= 20.0 && 20.0 <= found.intervals[0][1],
-            "{found:?}"
-        );
-        assert!((found.slopes[0] + 2.0).abs() < 0.2 && (found.slopes[1] + 3.5).abs() < 0.1);
-        assert!((found.at_logarithm(5.0) - law(5.0)).abs() < 0.1);
-        let law = |x: f64| law(x) + 3.0 * (x - 90f64.ln()).max(0.0);
-        let found = breaks(&noisy(300, 0.1, law, 2), 2, 0.05).unwrap();
-        assert_eq!(found.at.len(), 2, "{found:?}");
-        assert!((found.slopes[2] + 0.5).abs() < 0.2, "{found:?}");
-        for (interval, at) in found.intervals.iter().zip([20.0, 90.0]) {
-            assert!(interval[0] <= at && at <= interval[1], "{found:?}");
-        }
-    }
-
     /// Of straight lines in noise, fewer than one in twenty is given a break.
     #[test]
     fn val_straight_lines_have_no_break() {

@@ -15,8 +15,8 @@ use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::increments::{ExponentBasis, FieldAxis};
 use crate::estimates::realisations::{
-    Averaging, Realisations, SegmentScratch, Shots, TOGETHER, Tapers, check_significance,
-    check_squares, first_of, refuse_left_out,
+    Averaging, Realisations, SegmentScratch, Shots, TOGETHER, Tapers, check_significance, first_of,
+    refuse_left_out,
 };
 use crate::field::{Axis, Field};
 use crate::numeric::{LineFit, at_or_below, mean_of};
@@ -277,7 +277,7 @@ impl Work<'_> {
         let held = threads * tile + 8 * (bins * (shots.tiles() + self.fields.len())) as u64;
         let block = shots.block("the spectra of this field", held)?;
         let mut found = Vec::new();
-        let unit = shots.each(block, |shot| {
+        shots.each(block, |shot| {
             let mut tiles = vec![vec![0.0; bins]; shots.tiles()];
             shot.each_tile(
                 "spectra",
@@ -289,13 +289,11 @@ impl Work<'_> {
                 },
             )?;
             let sum = |m: usize| tiles.iter().map(|tile| tile[m]).sum::<f64>();
-            let of_bin = |m: usize| sum(m) * shot.scale * shot.scale;
-            found.push((0..bins).map(of_bin).collect::<Vec<f64>>());
+            found.push((0..bins).map(sum).collect::<Vec<f64>>());
             Ok(())
         })?;
         let count = (realisations.count() * self.first.n_sites()) as f64;
-        check_squares(unit)?;
-        let density = self.first.time.step * unit * unit / count;
+        let density = self.first.time.step / count;
         for spectrum in &mut found {
             for (m, value) in spectrum.iter_mut().enumerate() {
                 *value *= density * fold(m, realisations.segments.length);

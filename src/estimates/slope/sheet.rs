@@ -5,18 +5,16 @@ use serde_json::json;
 use super::{ExponentBasis, Slope};
 use crate::sheet::{
     BLACK, BLUE, Chart, Describe, GREEN, Level, Look, Mark, Marker, PlotRow, Role, Series, Sheet,
-    Table, Units, VERMILLION, confidence, extent, listed, number, with_half,
+    Units, VERMILLION, confidence, extent, listed, number, with_half,
 };
 
 const DEFINITIONS: &str = "\
     Slope: Least squares of ln S against ln k (or ln f) over the stated band, each bin with the same weight.
-    Interval of the regression: From the residuals of the line alone: it holds deviations from a power law, but not what \
-        another record would give. With several shots, the interval is that of the mean over shots.
-    Break: Where a continuous line of two or three pieces changes its slope. It is accepted if the improvement has a small \
-        probability without a break, times the number of places tried.
+    Interval of the regression: From the residuals of the line alone: not what another record would give. Of several shots it is \
+        that of the mean over shots.
+    Break: Where a continuous line of two or three pieces changes its slope, if a straight one has a small probability.
     Shock time: Where the steepest front would become infinitely steep: the distance between two of its levels falls along a \
-        straight line in time. It is fitted until the front is three times as steep as at first; the interval holds noise, \
-        and the deviation from a cubic front and from a straight line.";
+        straight line in time. The interval holds noise, and the deviation from a cubic front and from a straight line.";
 
 /// Slopes are drawn down to this.
 const STEEPEST: f64 = -12.0;
@@ -45,15 +43,6 @@ impl Describe for Slope {
                 "state a wider band",
             );
         }
-        let rows = [
-            ("shots", self.shots.to_string()),
-            ("samples a segment", self.segment[0].to_string()),
-            ("snapshots left out", self.left_out.to_string()),
-            ("bins of the fit", bins.to_string()),
-            ("interval", basis),
-            ("scatter of ln S", number(law.scatter)),
-        ];
-        sheet.tables.push(Table::of_values("Averages", rows));
         sheet.numbers(json!({
             "time_unit": words.time,
             "space_unit": words.space,

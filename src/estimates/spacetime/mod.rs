@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
     Averaging, FactorTable, Grid, Independence, LEAST_STEADINESS, Realisations, Shots, Tapers,
-    check_significance, check_squares, first_of, least_median_most, refuse_left_out,
+    check_significance, first_of, least_median_most, refuse_left_out,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
@@ -201,8 +201,8 @@ pub fn spacetime(
         let (gaps, memory) = (request.gaps, request.memory);
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
         let pass = Pass::new(request, &realisations, grid.clone())?;
-        let (unit, totals) = pass.sum(&shots, fields.len())?;
-        request.finish(&pass, fields.len(), &totals, unit)
+        let totals = pass.sum(&shots, fields.len())?;
+        request.finish(&pass, fields.len(), &totals)
     })
 }
 
@@ -231,15 +231,12 @@ impl SpaceTimeRequest {
         pass: &Pass<'_>,
         records: usize,
         totals: &Totals,
-        unit: f64,
     ) -> Result<SpaceTimeEstimate> {
         let (grid, time) = (&pass.grid, pass.realisations);
         let (length, sites) = (time.segments.length, grid.sites);
         let count = (records * time.segments.count()) as f64;
         let tapers = [time.tapers(), pass.space.tapers()];
-        check_squares(unit)?;
-        let scale = unit * unit;
-        let density = grid.time.step * grid.space.step / TAU * scale;
+        let density = grid.time.step * grid.space.step / TAU;
         let duration = length as f64 * grid.time.step;
         let extent = sites as f64 * grid.space.step;
         let cell = 1.0 / duration * TAU / extent;
@@ -254,7 +251,7 @@ impl SpaceTimeRequest {
             1 => power,
             _ => of(&|m, i| totals.equal(m, i)).1,
         };
-        let tapered = totals.tapered() / count * scale;
+        let tapered = totals.tapered() / count;
         let parseval = match tapered > 0.0 {
             true => equal / tapered - 1.0,
             false => 0.0,
@@ -325,7 +322,7 @@ impl SpaceTimeRequest {
             low,
             high,
             power,
-            mean_square: totals.square() / (count * (length * sites) as f64) * scale,
+            mean_square: totals.square() / (count * (length * sites) as f64),
             parseval,
             spectrum,
         })

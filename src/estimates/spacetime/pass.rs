@@ -80,11 +80,11 @@ impl<'a> Pass<'a> {
         })
     }
 
-    /// The sums over so many records, and the unit of the samples.
+    /// The sums over so many records.
     ///
     /// # Errors
     /// [`crate::Error::Memory`]; those of [`Shots::each_portion`].
-    pub fn sum(&self, shots: &Shots<'_>, records: usize) -> Result<(f64, Totals)> {
+    pub fn sum(&self, shots: &Shots<'_>, records: usize) -> Result<Totals> {
         let (time, blocks) = (self.realisations, self.grid.sites.div_ceil(WIDTH));
         let what = "the space-time spectrum of this field";
         check_memory(what, self.needed(), Some(shots.memory))?;
@@ -101,7 +101,7 @@ impl<'a> Pass<'a> {
         let mut sites = vec![Sums::zeros(of_sites); self.grid.tiles()];
         let mut tiles = Vec::new();
         tiles.resize_with(sites.len(), Tile::default);
-        let unit = shots.each_portion(block, &time.whole_records(records), |shot| {
+        shots.each_portion(block, &time.whole_records(records), |shot| {
             let segments = 0..time.segments.count();
             let stage = "segments of all sites";
             shot.observer.stage(stage, segments.len() as u64);
@@ -110,8 +110,7 @@ impl<'a> Pass<'a> {
                 self.read(shot, segment, &mut tiles, &mut sites);
                 for taper in 0..time.tapers() {
                     self.along_time(taper, &mut tiles);
-                    let squared = shot.scale * shot.scale;
-                    self.along_space(squared, taper, &tiles, &mut groups);
+                    self.along_space(taper, &tiles, &mut groups);
                 }
                 let done = segment * time.segments.hop;
                 shot.release(done..done + time.segments.hop);
@@ -122,7 +121,7 @@ impl<'a> Pass<'a> {
             }
             Ok(())
         })?;
-        Ok((unit, self.totals(records, groups, sites)))
+        Ok(self.totals(records, groups, sites))
     }
 
     /// Bytes of a segment of all sites, of the sums and what is made of them, and of the scratch of all threads.
@@ -144,7 +143,6 @@ impl<'a> Pass<'a> {
     fn read(&self, shot: &Shot<'_>, segment: usize, tiles: &mut [Tile], sites: &mut [Sums]) {
         let (time, start) = (self.realisations, segment * self.realisations.segments.hop);
         let times = start..start + time.segments.length;
-        let squared = shot.scale * shot.scale;
         let read = |scratch: &mut Scratch, (i, (tile, sums)): (usize, (&mut Tile, &mut Sums))| {
             let from = i * TOGETHER;
             let columns = from..self.grid.sites.min(from + TOGETHER);
@@ -169,7 +167,7 @@ impl<'a> Pass<'a> {
             for (sums, rows) in sums.plain.iter_mut().zip([&numbers[..], moving]) {
                 interleaved_sums_of_squares(rows, width, &mut energies);
                 let sums = sums.0.iter_mut().zip(&energies);
-                sums.for_each(|(sum, energy)| *sum += squared * energy);
+                sums.for_each(|(sum, energy)| *sum += energy);
             }
         };
         let tiles = tiles.par_iter_mut().zip(sites).enumerate();
@@ -189,14 +187,8 @@ impl<'a> Pass<'a> {
         tiles.for_each_init(SegmentScratch::default, transform);
     }
 
-    /// Transforms all rows under all tapers along space, and adds their powers, times `squared`.
-    fn along_space(
-        &self,
-        squared: f64,
-        taper: usize,
-        tiles: &[Tile],
-        groups: &mut [Vec<LaneBlock>],
-    ) {
+    /// Transforms all rows under all tapers along space, and adds their powers.
+    fn along_space(&self, taper: usize, tiles: &[Tile], groups: &mut [Vec<LaneBlock>]) {
         let sites = self.grid.sites;
         let blocks = sites.div_ceil(WIDTH);
         let add = |scratch: &mut Scratch, (group, sums): (usize, &mut Vec<LaneBlock>)| {
@@ -223,7 +215,7 @@ impl<'a> Pass<'a> {
                     let sums = sums.iter_mut().skip(pair).step_by(self.pairs);
                     for (powers, sums) in powers.chunks(WIDTH).zip(sums) {
                         for (sum, power) in sums.0.iter_mut().zip(powers) {
-                            *sum += squared * power;
+                            *sum += power;
                         }
                     }
                 }

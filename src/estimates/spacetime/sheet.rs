@@ -10,15 +10,11 @@ use crate::sheet::{
 };
 
 const DEFINITIONS: &str = "\
-    Space-time spectrum: Power spectral density over wavenumber and frequency, one-sided in f and two-sided in k. Positive \
-        k travels towards +x.
-    Power: The integral over f and k: the mean square of the samples under the squares of the tapers. Without tapers, and \
-        with segments that cover the record, it is the mean square.
-    Degrees of freedom: Twice the number of independent realisations: segments, records, and tapers along both axes. \
-        Overlapping segments count by their effective number, tapers by their weights: those that leak count less where the \
-        spectrum is low. If the energy lies at a few sites, tapers along space count as one.
-    Interval: Where the true density lies with the stated probability, if the field is stationary in time and alike along \
-        space.";
+    Space-time spectrum: Power spectral density, one-sided in f and two-sided in k. Positive k travels towards +x.
+    Power: The integral over f and k: the mean square of the samples under the squares of the tapers.
+    Degrees of freedom: Twice the number of independent realisations: segments, records, and tapers along both axes, less \
+        what overlap and unequal weights cost. If the energy lies at a few sites, tapers along space count as one.
+    Interval: Where the true density lies with the stated probability, if the field is stationary in time and alike along x.";
 
 impl Describe for SpaceTimeEstimate {
     /// Variables: `frequency` (nf), `wavenumber` (nk); `spectrum`, `degrees_of_freedom`, `low`, `high` (nf, nk), NaN where
@@ -36,14 +32,7 @@ impl Describe for SpaceTimeEstimate {
             )
         };
         sheet.degrees_of_freedom(self.degrees_range(), self.alpha);
-        let rows = [
-            ("tapers along space", self.tapers[1].to_string()),
-            ("evenness along space", number(self.evenness)),
-            ("power", number(self.power)),
-            ("mean square", number(self.mean_square)),
-            ("Parseval residual", format!("{:.1e}", self.parseval)),
-        ];
-        self.independence.describe(&mut sheet, self.segment, rows);
+        self.independence.describe(&mut sheet, self.segment);
         let [plus, minus, neither] = self.directions();
         let (row, column) = self.largest();
         sheet.numbers(json!({

@@ -62,22 +62,22 @@ impl TaperSums {
     }
 
     /// Adds them to the sums of segments, and empties them. `gains`: sums of the squares of the tapers'
-    /// transforms; `squared`: what squares of each site are multiplied by.
+    /// transforms; `has`: 1, or 0 for a site whose segment does not count.
     pub fn take_into(
         &mut self,
         sums: &mut [LaneBlock; LINE_BLOCKS],
         gains: &[f64; OFFSETS.len()],
-        squared: &[f64; TOGETHER],
+        has: &[f64; TOGETHER],
     ) {
         let lines = sums.iter_mut().zip(&self.product);
         for ((sums, products), gain) in lines.zip(gains) {
-            for ((sum, product), squared) in sums.0.iter_mut().zip(products).zip(squared) {
-                *sum += squared * product.norm_sqr() / gain;
+            for ((sum, product), has) in sums.0.iter_mut().zip(products).zip(has) {
+                *sum += has * product.norm_sqr() / gain;
             }
         }
         let powers = sums[OFFSETS.len()].0.iter_mut().zip(&self.power);
-        for ((sum, power), squared) in powers.zip(squared) {
-            *sum += squared * power;
+        for ((sum, power), has) in powers.zip(has) {
+            *sum += has * power;
         }
         *self = TaperSums::default();
     }

@@ -286,20 +286,18 @@ impl SpectrumRequest {
 
     /// The same in parts.
     pub(in crate::estimates) fn plan_in_parts(&self, grid: &Grid) -> Result<Realisations> {
-        let expected = "spectra along time, in parts";
-        let found = "snapshots, each with a result of its own";
-        Error::require(self.along == SpectrumAxis::Time, "along", expected, found)?;
-        let expected =
-            "parts without a jackknife, which compares the mean of all realisations with each";
-        Error::require(!self.has_jackknife, "part", expected, "a jackknife")?;
-        let expected =
-            "parts without noise subtracted, which is read off the beginning of each record";
-        Error::require(
-            !self.subtract_noise,
-            "subtract-noise",
-            expected,
-            "it with parts",
-        )?;
+        let along_time =
+            "spectra along time, in parts, since each snapshot has a result of its own";
+        let jackknife =
+            "no jackknife in parts, which compares the mean of all realisations with each";
+        let noise = "no noise subtracted in parts, which is read off the beginning of each record";
+        for (holds, option, expected) in [
+            (self.along == SpectrumAxis::Time, "along", along_time),
+            (!self.has_jackknife, "part", jackknife),
+            (!self.subtract_noise, "subtract-noise", noise),
+        ] {
+            Error::require(holds, option, expected, "it with parts")?;
+        }
         self.realisations(grid.times)
     }
 }

@@ -113,10 +113,10 @@ const BY_CHANCE: f64 = 4.0;
 const ROUNDING: f64 = 1e-13;
 
 impl LeadIn {
-    /// Adds that of another record; `squared`: what squares are multiplied by.
-    pub fn add(&mut self, record: &[f64], squared: f64) {
+    /// Adds that of another record.
+    pub fn add(&mut self, record: &[f64]) {
         if let Some(quiet) = lead_in(record) {
-            self.squares += squared * sum_of_squares(&about_mean(quiet, quiet));
+            self.squares += sum_of_squares(&about_mean(quiet, quiet));
             self.degrees += (quiet.len() - 1) as f64;
             self.samples += quiet.len();
             self.records += 1;

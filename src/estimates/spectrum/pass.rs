@@ -46,8 +46,6 @@ pub(in crate::estimates) struct TileSums {
     /// each bin, see [`LINE_BLOCKS`].
     pub sums: Sums,
     pub(super) lead_ins: [LeadIn; TOGETHER],
-    /// White power that filled samples leave, of all records.
-    filled: [f64; TOGETHER],
     variance: [f64; TOGETHER],
     pub spectrum: Vec<LaneBlock>,
     pub shape: Vec<LaneBlock>,
@@ -94,7 +92,7 @@ impl<'a> Pass<'a> {
         let block = shots.block("the spectra of this field", held)?;
         let whole = self.realisations.whole_records(self.records);
         let mut left_out = LeftOutEach::Realisation;
-        let (unit, mut tiles) = self.sum(shots, block, &whole, self.records == 1)?;
+        let mut tiles = self.sum(shots, block, &whole, self.records == 1)?;
         if self.records > 1 {
             tiles.par_iter_mut().for_each(|tile| self.average(tile));
             left_out = self.what_is_left_out(&tiles);
@@ -106,7 +104,7 @@ impl<'a> Pass<'a> {
                 })?;
             }
         }
-        self.finish(tiles, left_out, (unit, true))
+        self.finish(tiles, left_out, true)
     }
 
     /// Bytes that are needed beside the samples, of which so many of a record are read; of a part, or of all.
@@ -147,17 +145,17 @@ impl<'a> Pass<'a> {
         })
     }
 
-    /// The sums of every tile over these portions, or the averages of one record, which is read once; and the unit of the samples.
+    /// The sums of every tile over these portions, or the averages of one record, which is read once.
     fn sum(
         &self,
         shots: &Shots<'_>,
         block: Option<usize>,
         portions: &[Portion],
         is_one: bool,
-    ) -> Result<(f64, Vec<TileSums>)> {
+    ) -> Result<Vec<TileSums>> {
         let mut tiles = Vec::new();
         tiles.resize_with(shots.tiles(), TileSums::default);
-        let unit = shots.each_portion(block, portions, |shot| {
+        shots.each_portion(block, portions, |shot| {
             shot.each_tile("spectra", &mut tiles, |scratch, sites, records, tile| {
                 self.add(scratch, shot, (&sites, records), tile);
                 if is_one {
@@ -168,7 +166,7 @@ impl<'a> Pass<'a> {
                 }
             })
         })?;
-        Ok((unit, tiles))
+        Ok(tiles)
     }
 
     /// Adds the realisations of a portion of a shot.
@@ -180,12 +178,10 @@ impl<'a> Pass<'a> {
         tile: &mut TileSums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        let squared = shot.scale * shot.scale;
         let may_lead_in = shot.portion.is_whole && self.request.along == SpectrumAxis::Time;
         for (lane, site) in sites.clone().enumerate() {
-            tile.filled[lane] += squared * shot.left_by_filling(site, || records.record(lane));
             if may_lead_in && shot.missing(site).is_empty() {
-                tile.lead_ins[lane].add(&records.record(lane), squared);
+                tile.lead_ins[lane].add(&records.record(lane));
             }
         }
         let lines = if self.tests_lines() { bins } else { 0 };
@@ -195,22 +191,29 @@ impl<'a> Pass<'a> {
         if sums.plain.is_empty() {
             *sums = Sums::zeros(self.shape());
         }
+        // Of the record, of which this may be a part.
+        let part = records.length() as f64 / self.realisations.segments.record as f64;
+        for (lane, site) in sites.clone().enumerate() {
+            let left = shot.left_by_filling(site, || records.record(lane));
+            let filled = sums.filled.iter_mut().zip(left);
+            filled.for_each(|(sum, left)| sum.0[lane] += part * left);
+        }
         let kept = shot.kept(sites.clone(), self.realisations.segments);
         kept.add_to(&mut sums.left, self.realisations.distances());
         let (of_sites, segments) = ((sites.clone(), records), &mut scratch.segments);
         self.realisations
             .add_steadiness(shot, of_sites, segments, sums);
         let visit = |r: usize, spectra: &[Complex<f64>]| {
-            let (taper, squared) = (r % tapers, kept.has(r / tapers).map(|has| has * squared));
+            let (taper, has) = (r % tapers, kept.has(r / tapers));
             let (energies, lines) = sums.plain.split_at_mut(bins * tapers);
-            add_powers((spectra, sites.len()), &squared, energies, (taper, tapers));
+            add_powers((spectra, sites.len()), &has, energies, (taper, tapers));
             let rows = spectra.chunks_exact(sites.len());
             for (row, sums) in rows.zip(&mut scratch.tapers) {
                 sums.add(&self.taper_transforms[taper], row);
             }
             if taper + 1 == tapers {
                 for (within, sums) in scratch.tapers.iter_mut().zip(lines.as_chunks_mut().0) {
-                    within.take_into(sums, &self.gains, &squared);
+                    within.take_into(sums, &self.gains, &has);
                 }
             }
         };
@@ -268,7 +271,6 @@ impl<'a> Pass<'a> {
         }
         let (width, count) = (sites.len(), self.counts(tile));
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        let squared = shot.scale * shot.scale;
         let kept = shot.kept(sites.clone(), self.realisations.segments);
         if tile.deviations.is_empty() {
             tile.deviations = vec![LaneBlock::default(); bins];
@@ -300,8 +302,7 @@ impl<'a> Pass<'a> {
         let is_record = left_out == LeftOutEach::Record;
         self.realisations.each(records, segments, |r, spectra| {
             let (taper, has) = (r % tapers, kept.has(r / tapers));
-            let squared = has.map(|has| has * squared);
-            add_powers((spectra, width), &squared, left, (taper, tapers));
+            add_powers((spectra, width), &has, left, (taper, tapers));
             let count = counts[taper].0.iter_mut().zip(has);
             count.for_each(|(count, has)| *count += has);
             if !is_record {
@@ -321,9 +322,10 @@ impl<'a> Pass<'a> {
         sum / self.records as f64
     }
 
-    /// Mean square of the white noise that filled samples leave at a site.
-    pub fn filled(&self, tiles: &[TileSums], site: usize) -> f64 {
-        tiles[site / TOGETHER].filled[site % TOGETHER] / self.records as f64
+    /// What filled samples leave at a site, of the mean record.
+    pub fn filled(&self, tiles: &[TileSums], site: usize) -> [f64; 2] {
+        let filled = &tiles[site / TOGETHER].sums.filled;
+        [0, 1].map(|i| filled[i].0[site % TOGETHER] / self.records as f64)
     }
 
     pub fn independence(&self, steadiness: f64) -> Independence {
@@ -341,18 +343,18 @@ impl<'a> Pass<'a> {
     }
 }
 
-/// Adds the powers of so many sites, times what squares of each are multiplied by, to the sums of one of the tapers.
+/// Adds the powers of so many sites, each times 1 or 0, to the sums of one of the tapers.
 fn add_powers(
     (spectra, width): (&[Complex<f64>], usize),
-    squared: &[f64; TOGETHER],
+    has: &[f64; TOGETHER],
     sums: &mut [LaneBlock],
     (taper, tapers): (usize, usize),
 ) {
     let rows = spectra.chunks_exact(width);
     for (row, sums) in rows.zip(sums.chunks_exact_mut(tapers)) {
-        let sums = sums[taper].0.iter_mut().zip(squared);
-        for (x, (sum, squared)) in row.iter().zip(sums) {
-            *sum += squared * x.norm_sqr();
+        let sums = sums[taper].0.iter_mut().zip(has);
+        for (x, (sum, has)) in row.iter().zip(sums) {
+            *sum += has * x.norm_sqr();
         }
     }
 }
@@ -384,14 +386,14 @@ impl Divided for Pass<'_> {
         of_site.saturating_mul(sites).saturating_add(OF_BIN * bins)
     }
 
-    fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)> {
+    fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<Vec<Sums>> {
         let held = self.held(shots.longest, true);
         let block = shots.block("the spectra of this part", held)?;
-        let (unit, tiles) = self.sum(shots, block, portions, false)?;
-        Ok((unit, tiles.into_iter().map(|tile| tile.sums).collect()))
+        let tiles = self.sum(shots, block, portions, false)?;
+        Ok(tiles.into_iter().map(|tile| tile.sums).collect())
     }
 
-    fn combine(&self, sums: Vec<Sums>, unit: f64) -> Result<Combined> {
+    fn combine(&self, sums: Vec<Sums>) -> Result<Combined> {
         let of_sums = |sums| {
             let mut tile = TileSums {
                 sums,
@@ -406,7 +408,7 @@ impl Divided for Pass<'_> {
             1 => LeftOutEach::Realisation,
             _ => self.what_is_left_out(&tiles),
         };
-        let found = self.finish(tiles, left_out, (unit, false))?;
+        let found = self.finish(tiles, left_out, false)?;
         Ok(Combined::Spectrum(Box::new(found)))
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use ndarray::Array2;
 use serde_json::{Value, json};
 
-use super::{LineTest, NoiseFloor, SiteNoise, SpectrumAxis, SpectrumEstimate};
+use super::{LineTest, NoiseFloor, SiteNoise, SpectrumEstimate};
 use crate::estimates::realisations::without_mean;
 use crate::sheet::{
     BLACK, BLUE, Chart, Column, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series,
@@ -14,11 +14,10 @@ use crate::sheet::{
 
 const DEFINITIONS: &str = "\
     Power spectral density: One-sided; its integral over f is the mean square of the samples.
-    Degrees of freedom: Twice the number of independent realisations that a value averages, less what unequal weights of \
-        the tapers cost. Overlapping segments count by their effective number.
+    Degrees of freedom: Twice the number of independent realisations that a value averages, less what overlap and unequal \
+        weights of the tapers cost.
     Interval: Where the true density lies with the stated probability if the record is stationary: by the chi-square \
-        distribution of Gaussian records, and by the jackknife, which leaves out one realisation at a time and assumes no \
-        distribution.
+        distribution of Gaussian records, and by the jackknife, which assumes no distribution.
     Test for lines: F compares the power of a sine of constant amplitude with what is left beside it. Without a line it \
         exceeds the level of one cell with the stated probability, and that of all cells anywhere with the same.";
 
@@ -37,38 +36,23 @@ impl Describe for SpectrumEstimate {
             ..Sheet::of("spectrum", "Spectra with intervals", DEFINITIONS)
         };
         sheet.degrees_of_freedom(self.degrees_range(), self.alpha);
-        let filled = self.steadiness.iter().filter(|s| s.is_nan()).count();
-        if filled > 0 {
+        // Those of which nothing is left are named below.
+        let left = self.segments_left.as_ref();
+        let single = without.saturating_sub(left.map_or(0, |left| left.empty().len()));
+        if single > 0 {
             let text = format!(
-                "of {filled} of {all} {columns} more than a twentieth of the samples were filled, or are missing: no \
-                 interval is stated"
+                "{single} of {all} {columns} have a transient, a short record, or more than a twentieth of it filled, which is one \
+                 realisation: no interval is stated"
             );
-            sheet.warn(text, "leave segments with gaps out: `--gaps leave-out`");
-        }
-        // Those of which nothing is left are named already.
-        let empty = self
-            .segments_left
-            .as_ref()
-            .map_or(0, |left| left.empty().len());
-        let transient = without.saturating_sub(empty + filled);
-        if transient > 0 {
-            let why = match (self.independence.is_short, self.along) {
-                (true, _) => "have records that are too short",
-                (_, SpectrumAxis::Time) => "have a transient, which is one realisation",
-                (_, SpectrumAxis::Space) => "have their energy at a few sites",
-            };
-            let text = format!("{transient} of {all} {columns} {why}: no interval is stated");
-            sheet.warn(text, "name several records of the same sites, one a shot");
+            let advice = "name several records of the same sites, one a shot; leave gaps out with `--gaps leave-out`";
+            sheet.warn(text, advice);
         }
         if let Some(left) = &self.segments_left {
             left.describe(&mut sheet, columns);
         }
         self.noise_facts(&mut sheet);
         let in_time = self.mean.as_ref().map(|mean| mean.steadiness);
-        let rows = [("without interval", without.to_string())].into_iter();
-        let of_mean = in_time.map(|steadiness| ("steadiness in time", number(steadiness)));
-        let rows = rows.chain(of_mean);
-        self.independence.describe(&mut sheet, self.segment, rows);
+        self.independence.describe(&mut sheet, self.segment);
         // Each site has its own realisations, of which the warnings above speak.
         let of_all = self.independence.warning();
         sheet.warnings.retain(|warning| *warning != of_all);
