@@ -60,7 +60,7 @@ impl Sidecar {
     /// The sidecar of a field, if any: `field.toml` or `field.npy.toml` next to `field.npy`.
     ///
     /// For a run `run.npz` or a field that this program wrote, [`Field::open`](super::Field::open) accepts
-    /// only `run.npz.toml`: `run.toml` is its scene, or the sidecar of what it was made of.
+    /// only `run.npz.toml`: `run.toml` is its scene, or the sidecar of what it was made of. A scene is no sidecar.
     ///
     /// # Errors
     /// Both files exist, the sidecar cannot be read, or it has an unknown key.
@@ -75,6 +75,7 @@ impl Sidecar {
         appended.push(".toml");
         let appended = PathBuf::from(appended);
         let is_there = |path: &Path| path != field && path.symlink_metadata().is_ok();
+        let is_own = is_own || is_scene(&replaced);
         let path = match (!is_own && is_there(&replaced), is_there(&appended)) {
             (false, false) => return Ok(None),
             (true, false) => replaced,
@@ -137,6 +138,16 @@ impl Sidecar {
     pub(super) fn step(&self) -> Option<Measure<Time>> {
         self.dt.or(self.rate.map(Measure::period))
     }
+}
+
+/// Whether a file states a chain, as the scene beside its records does.
+fn is_scene(path: &Path) -> bool {
+    const KEYS: &str = "sites law exponent stiffness_ratio mass_ratio mass_cell masses coefficient_cell coefficients \
+                        striker_velocity striker_mass material radius ends drive precompression end_time samples";
+    let is_short = regular_file(path).is_ok_and(|file| file.len() <= LENGTH_LIMIT);
+    let text = std::fs::read_to_string(path).ok().filter(|_| is_short);
+    let table = text.and_then(|text| text.parse::<toml::Table>().ok());
+    table.is_some_and(|table| KEYS.split_whitespace().any(|key| table.contains_key(key)))
 }
 
 fn positive<'de, R: Deserializer<'de>, D: Dimension>(

@@ -157,7 +157,7 @@ impl Statements {
     }
 
     /// The texts of a meaning that are not empty.
-    pub(super) fn texts<'a>(&'a self, meaning: Meaning) -> Vec<(&'a Statement, &'a str)> {
+    pub(super) fn texts(&self, meaning: Meaning) -> Vec<(&Statement, &str)> {
         self.of(meaning)
             .filter_map(|one| Some((one, one.value.text()?)))
             .collect()

@@ -14,7 +14,7 @@ const NOTHING: f64 = 1e-9;
 
 /// Standard error of a direction, in units of the coordinates (a factor e of a positive key), from which on the records
 /// tell nothing of it.
-const LOOSE: f64 = 1.0;
+pub(super) const LOOSE: f64 = 1.0;
 
 /// Share of a direction from which on a coordinate belongs to it.
 const PART: f64 = 0.05;

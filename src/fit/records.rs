@@ -5,11 +5,10 @@ use ndarray::Array2;
 use crate::chain::Chain;
 use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::field::{Axis, Quantity};
-use crate::measure::{self, Dimension};
 use crate::transform::{RecordScratch, RecordTransform, fold};
 use crate::{Error, Field, Result};
 
-use super::key::refuse;
+use super::key::{ratio, refuse};
 use super::shown::place;
 
 /// By how much of the distance of bodies a site may be off a body.
@@ -17,6 +16,9 @@ const OFF: f64 = 0.05;
 
 /// Fewest samples of a record and of all, for each unknown, that can be fitted.
 const LEAST: usize = 8;
+
+/// Samples whose squares, and those of their noise, are numbers.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-120..=1e120;
 
 /// Records of a quantity at bodies, or of forces at contacts, of a chain.
 ///
@@ -36,8 +38,8 @@ pub struct Records {
 
 impl Records {
     /// The records of a field of a scene's chain. `bodies` are those of the field's sites; by default each site is at
-    /// the body of its number, or where the field states positions and the scene the distance of its bodies, at that of
-    /// its position.
+    /// the body that its name numbers, else at that of its own number, or where the field states positions and the
+    /// scene the distance of its bodies, at that of its position.
     ///
     /// # Errors
     /// [`Error::Request`] and [`Error::Unfit`] for sites that are at no body, times before the start, units that do not
@@ -54,23 +56,42 @@ impl Records {
             }
             None => bodies_of(field, setup, scales.length)?,
         };
-        let mut values = vec![0.0; n * m];
-        field.read_site_major(0..n, 0..m, &mut values);
-        values.iter_mut().for_each(|value| {
-            *value = match value.is_finite() {
-                true => *value * scales.sample,
-                false => f64::NAN,
-            }
-        });
-        let records = Records {
+        let mut records = Records {
             quantity: field.quantity,
             times: (0..n).map(|i| scales.time * field.time.at(i)).collect(),
             bodies,
-            values,
+            values: Vec::new(),
             units: scales.units,
         };
+        // Before a large field is read.
         records.check(setup)?;
+        let mut values = vec![0.0; n * m];
+        field.read_site_major(0..n, 0..m, &mut values);
+        for value in &mut values {
+            *value = if value.is_finite() {
+                *value * scales.sample
+            } else {
+                f64::NAN
+            };
+        }
+        records.values = values;
+        records.check_size()?;
         Ok(records)
+    }
+
+    /// That squares of the samples, and of their noise, are numbers above 0.
+    fn check_size(&self) -> Result<()> {
+        let known = self.values.iter().filter(|value| value.is_finite());
+        let largest = known.fold(0.0, |m: f64, value| m.max(value.abs()));
+        if SIZES.contains(&largest) {
+            return Ok(());
+        }
+        let expected = format!(
+            "samples of which the largest is {:e} to {:e}",
+            SIZES.start(),
+            SIZES.end()
+        );
+        Err(Error::request("field", expected, format!("{largest:e}")))
     }
 
     pub(super) fn check(&self, setup: &Setup) -> Result<()> {
@@ -220,7 +241,6 @@ impl Scales {
     /// quantity that no run has.
     fn of(field: &Field, scene: Units) -> Result<Scales> {
         let name = |unit: &Option<String>| unit.clone().unwrap_or_default();
-        let stated = field.unit.as_deref();
         if scene != Units::Si {
             return Ok(Scales {
                 time: 1.0,
@@ -238,23 +258,22 @@ impl Scales {
             ));
         }
         let units = unit_of(field.quantity, scene)?;
-        let sample = match field.quantity {
-            Quantity::Velocity => size::<measure::Speed>(stated)?,
-            Quantity::Displacement => size::<measure::Length>(stated)?,
-            Quantity::Force => size::<measure::Force>(stated)?,
-            _ if matches!(stated, None | Some("m/s^2" | "m/s²")) => 1.0,
-            _ => {
-                return Err(Error::request(
-                    "unit",
-                    "accelerations in m/s^2",
-                    name(&field.unit),
-                ));
-            }
+        let size = |stated: &Option<String>, unit: &str| {
+            let stated = stated.as_deref().unwrap_or(unit).replace('²', "^2");
+            let known = if stated == unit {
+                Some(1.0)
+            } else {
+                ratio(&stated, unit)
+            };
+            known.ok_or_else(|| {
+                let expected = format!("a unit of what the scene has in {unit}");
+                Error::request("unit", expected, stated)
+            })
         };
         Ok(Scales {
-            time: size::<measure::Time>(field.time.unit.as_deref())?,
-            length: Some(size::<measure::Length>(field.space.unit.as_deref())?),
-            sample,
+            time: size(&field.time.unit, "s")?,
+            length: Some(size(&field.space.unit, "m")?),
+            sample: size(&field.unit, &units[1])?,
             units,
         })
     }
@@ -285,57 +304,57 @@ pub(super) fn unit_of(quantity: Quantity, units: Units) -> Result<[String; 2]> {
     })
 }
 
-fn size<D: Dimension>(unit: Option<&str>) -> Result<f64> {
-    let Some(unit) = unit else {
-        return Ok(1.0);
-    };
-    measure::size::<D>(unit).ok_or_else(|| {
-        let expected = format!(
-            "{} in one of {} beside a scene in SI",
-            D::NAME,
-            measure::units::<D>()
-        );
-        Error::request("unit", expected, unit.to_owned())
-    })
-}
-
 fn no_run_has(quantity: Quantity) -> Error {
     let expected = "a velocity, displacement, acceleration or force, which a run has";
     Error::request("quantity", expected, quantity.name())
 }
 
+/// By the numbers in the names of the sites, which differ; else by positions.
 fn bodies_of(field: &Field, setup: &Setup, length: Option<f64>) -> Result<Vec<usize>> {
+    let named: Option<Vec<usize>> = field.channels.iter().map(|name| number_in(name)).collect();
+    let is_whole = |named: &Vec<usize>| named.len() == field.n_sites();
+    let is_once = |named: &Vec<usize>| (1..named.len()).all(|i| !named[..i].contains(&named[i]));
+    if let Some(named) = named.filter(|named| is_whole(named) && is_once(named)) {
+        return Ok(named);
+    }
     let is_counted = field.space.unit.is_none() && field.space.step == 1.0;
     let pitch = match (is_counted, setup.pitch, length) {
-        (false, Some(pitch), Some(length)) => pitch / length,
-        (false, ..) => return Err(no_positions(field)),
-        _ => 1.0,
+        (true, ..) => Some(1.0),
+        (false, pitch, length) => pitch.zip(length).map(|(pitch, length)| pitch / length),
     };
     let body = |site: usize| {
-        let place = field.space.at(site) / pitch;
-        let body = place.round();
-        match (place - body).abs() <= OFF && body >= 0.0 {
-            true => Ok(body as usize),
-            false => {
-                let expected = format!(
-                    "sites at bodies, which are {pitch} apart from 0 on, or `--bodies 3,7,11`"
-                );
-                Err(Error::request(
-                    "bodies",
-                    expected,
-                    format!("one at {}", field.space.at(site)),
-                ))
-            }
-        }
+        let place = pitch.map(|pitch| field.space.at(site) / pitch);
+        let body = place.map(f64::round).filter(|body| *body >= 0.0);
+        let near = |(place, body): &(f64, f64)| (place - body).abs() <= OFF;
+        let body = place.zip(body).filter(near).map(|(_, body)| body as usize);
+        body.ok_or_else(|| {
+            let apart = pitch.map_or("the scene states no distance of bodies".into(), |pitch| {
+                format!("bodies are {pitch} apart from 0 on")
+            });
+            let expected = format!("sites at bodies, or them, as `--bodies 3,7,11`: {apart}");
+            let found = format!(
+                "one at {} in {}",
+                field.space.at(site),
+                field.space.space_unit()
+            );
+            Error::request("bodies", expected, found)
+        })
     };
     (0..field.n_sites()).map(body).collect()
 }
 
-fn no_positions(field: &Field) -> Error {
-    let expected = "the bodies of the field's sites, such as `--bodies 3,7,11`: the scene states no distance of bodies";
-    Error::request(
-        "bodies",
-        expected,
-        format!("positions in {}", field.space.space_unit()),
-    )
+/// Words before numbers that are those of instruments and not of bodies.
+const INSTRUMENTS: [&str; 10] = [
+    "ch", "chan", "channel", "kanal", "sensor", "probe", "trace", "signal", "col", "column",
+];
+
+/// The whole number behind a word: 4 of `body 4`, `v4` and `bead_4 (m/s)`, none of `CH4`.
+fn number_in(name: &str) -> Option<usize> {
+    let name = name.split(['(', '[']).next()?.trim().to_lowercase();
+    let word = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number = name[word.len()..].parse().ok()?;
+    let is_word = |c: char| c.is_alphabetic() || " _-".contains(c);
+    let own = word.trim_end_matches([' ', '_', '-']);
+    let is_body = !own.is_empty() && own.chars().all(is_word) && !INSTRUMENTS.contains(&own);
+    is_body.then_some(number)
 }

@@ -54,6 +54,12 @@ fn what_is_wrong_is_named() {
     assert!(said.contains("--bodies"), "{said}");
     let said = refused(|_, request, _| request.instruments.gain_error = Some(0.0));
     assert!(said.contains("a share above 0"), "{said}");
+    for size in [0.0, 1e155, 1e200] {
+        let said = refused(|_, _, field| {
+            *field = wavecascade::Field::from_array(ndarray::Array2::from_elem((100, 2), size))
+        });
+        assert!(said.contains("of which the largest is"), "{size}: {said}");
+    }
     let said = refused(|_, _, field| *field = field_of(3));
     assert!(said.contains("samples or more"), "{said}");
 }

@@ -164,6 +164,16 @@ fn val_scaling_what_stays_undetermined_is_said() {
         "coefficient_cell[0] and mass_cell[0] only as coefficient_cell[0]/mass_cell[0]"
     );
     assert!(found.keys.iter().all(|key| key.planned.is_nan()));
+    // Noise of a thousand times the records tells nothing, and says so.
+    let loud = PlanRequest {
+        noise: NoiseLevel::Share(1000.0),
+        ..PlanRequest::of(["coefficient_cell[0]"], 2)
+    };
+    let answer = planned(&loud, scene).describe().answer;
+    assert!(
+        answer.contains("coefficient_cell[0] not at all"),
+        "{answer}"
+    );
     let refused = |request: &PlanRequest| {
         let error = request
             .run(&SceneSource::new(None, scene), &Silent)

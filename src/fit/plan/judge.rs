@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 
-use super::super::directions::{Direction, factored, loose};
+use super::super::directions::{Direction, LOOSE, factored, loose};
 use super::super::key::FreeKey;
 use super::super::model::Model;
 use super::super::result::unknowns;
@@ -77,12 +77,16 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Halves of the 95 % intervals over the values; NaN for those that are not determined.
+    /// Halves of the 95 % intervals over the values; NaN for those that are not determined, or to no better than a factor
+    /// of e.
     pub fn errors(&self, whole: &Array2<f64>) -> Vec<f64> {
         let (covariance, none) = covariance(whole);
-        let error = |k: usize| match none.iter().any(|d| d[k].abs() > PART) {
-            true => f64::NAN,
-            false => QUANTILE * covariance[k][k].max(0.0).sqrt() * self.steepness[k],
+        let error = |k: usize| {
+            let half = QUANTILE * covariance[k][k].max(0.0).sqrt();
+            match half > LOOSE || none.iter().any(|d| d[k].abs() > PART) {
+                true => f64::NAN,
+                false => half * self.steepness[k],
+            }
         };
         (0..self.keys.len()).map(error).collect()
     }

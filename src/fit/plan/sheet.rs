@@ -19,9 +19,6 @@ const NAMED_BODIES: usize = 12;
 const END: f64 = 0.95;
 const FAST: f64 = 0.7;
 
-/// Error from which on a value is hardly known.
-const HARDLY: f64 = 1.0;
-
 const DEFINITIONS: [[&str; 2]; 4] = [
     [
         "error",
@@ -204,14 +201,6 @@ impl Planned {
             sheet.warn(
                 "the sensors do not determine all that is free",
                 "fix one key of each combination, or measure another quantity",
-            );
-        }
-        let is_hardly = |key: &&PlannedKey| key.value != 0.0 && key.planned > HARDLY;
-        let hardly = names(self.keys.iter().filter(is_hardly));
-        if !hardly.is_empty() {
-            sheet.warn(
-                format!("{hardly} is known to no better than its own size"),
-                "fix it, or lower the noise",
             );
         }
     }
