@@ -123,9 +123,17 @@ fn dispersive(n: f64, j: f64, [c, beta, carrier, width]: [f64; 4]) -> f64 {
 
 type Motion = fn(f64, f64) -> f64;
 
-/// Name, samples and sites, levels of noise, the motion of sample and site, and what is true of the answer. Shares are means over
-/// the first and the last four sites.
-const KINDS: [(&str, (usize, usize), &[f64], Motion, &str); 25] = [
+/// Name, samples and sites, levels of noise, the motion of sample and site, and what is true of the answer.
+type Kind = (
+    &'static str,
+    (usize, usize),
+    &'static [f64],
+    Motion,
+    &'static str,
+);
+
+/// Shares are means over the first and the last four sites.
+const KINDS: [Kind; 25] = [
     (
         "a harmonic grows",
         (4096, 56),
