@@ -243,3 +243,32 @@ def test_further_coordinates_stay(field):
     part = wc.analyze(da, sites=(4, 20), only="temporal")
     assert list(part.station.values) == [f"S{j}" for j in range(4, 20)]
     assert wc.spectrum(da).station[5] == "S5"
+
+
+def test_val_tables_of_two_levels_and_nullable_columns(field):
+    pd = pytest.importorskip("pandas")
+    table = pd.DataFrame(field, index=pd.Index(0.005 * np.arange(len(field)), name="time"))
+    known = wc.spectrum(table)
+    for other in (table.stack(), table.astype("Float64")):
+        assert np.array_equal(known.spectrum, wc.spectrum(other).spectrum, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("what", "error", "found"),
+    [
+        (lambda: wc.spectrum(None), TypeError, "found builtins.NoneType"),
+        (lambda: wc.spectrum({"a": np.ones((64, 4))}), TypeError, "found builtins.dict"),
+        (
+            lambda: wc.spectrum(
+                xr.DataArray(np.ones((64, 4), "i2"), dims=("time", "x"), attrs={"scale_factor": 0.1})
+            ),
+            ValueError,
+            "found int16 packed by scale_factor; unpack them with xarray.decode_cf",
+        ),
+        (lambda: wc.simulate([1], sites=12), TypeError, "scene: expected keys as a dictionary.*found list"),
+        (lambda: wc.compare(np.ones((64, 4)), np.ones((64, 4))), TypeError, "scene: .*found ndarray"),
+    ],
+)
+def test_regress_what_is_no_field_or_scene(what, error, found):
+    with pytest.raises(error, match=found):
+        what()

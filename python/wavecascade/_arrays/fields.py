@@ -298,6 +298,12 @@ def samples(field: Any, options: MutableMapping[str, object]) -> _native.Samples
         options.pop(option, None)
     field = field.transpose(*([time] if space is None else [time, space]))
     values, unit = plain(field.data)
+    packed = [key for key in ("scale_factor", "add_offset", "_FillValue") if key in field.attrs]
+    if packed and values.dtype.kind in "iu":
+        raise ValueError(
+            f"field: expected samples, found {values.dtype} packed by {', '.join(packed)}; "
+            "unpack them with xarray.decode_cf(dataset), or read the file by its path"
+        )
     axes: dict[str, Coordinates | None] = {"time": None, "space": None}
     start = None
     for axis, dim in (("time", time), ("space", space)):

@@ -123,11 +123,12 @@ def labelled(field: object) -> Any:
     if is_variable and hasattr(whole, "attrs"):
         return Labelled(whole.data, tuple(map(str, whole.dims)), {}, whole.attrs)
     known = next((mark for mark in _MARKS if hasattr(field, mark)), None)
-    if known is not None:
+    if known is not None or field is None or isinstance(field, Mapping):
         kind = type(field)
+        found = f"{kind.__module__.partition('.')[0]}.{kind.__name__}"
         raise TypeError(
-            f"field: expected an array, or an object of xarray, pandas, DASCore or obspy, found "
-            f"{kind.__module__.partition('.')[0]}.{kind.__name__}, whose axes are not read (`{known}`); "
+            f"field: expected an array, or an object of xarray, pandas, DASCore or obspy, found {found}"
+            f"{'' if known is None else f', whose axes are not read (`{known}`)'}; "
             "give its numbers as xarray.DataArray(values, coords, dims), or as array with `dt` and `dx`"
         )
     return None
@@ -192,10 +193,18 @@ def _of_table(table: Any) -> Labelled:
 
     An index that counts from 0 says nothing, nor do columns that are no even numbers.
     """
+    if table.index.nlevels == 2 and not hasattr(table, "columns"):
+        # Samples by time and site; those that are missing are gaps.
+        table = table.unstack()
+    if table.index.nlevels > 1:
+        raise ValueError(
+            f"field: expected rows of times, found an index of {table.index.nlevels} levels; "
+            "make one a column of sites with unstack"
+        )
     if not hasattr(table, "columns"):
         own = {"time": _index(table.index) if _says(table.index) else None}
         name = None if table.name is None else str(table.name)
-        return Labelled(table.to_numpy(), ("time",), _some(own), dict(table.attrs), name)
+        return Labelled(_values(table), ("time",), _some(own), dict(table.attrs), name)
     headings = [_named(label) for label in table.columns]
     timed = [i for i, (name, _) in enumerate(headings) if name.lower() in TIMES]
     times: Coordinate | None
@@ -215,7 +224,15 @@ def _of_table(table: Any) -> Labelled:
     # What says nothing may be either way round.
     dims = ("row", "column") if times is None and columns is None else ("time", "site")
     coords = {"time": times, "site": columns}
-    return Labelled(table.to_numpy(), dims, _some(coords), dict(table.attrs))
+    return Labelled(_values(table), dims, _some(coords), dict(table.attrs))
+
+
+def _values(table: Any) -> Any:
+    """The numbers of a table; those of nullable and Arrow's columns are floats, with NaN for none."""
+    kinds = [table.dtype] if not hasattr(table, "columns") else list(table.dtypes)
+    if all(isinstance(kind, np.dtype) for kind in kinds):
+        return table.to_numpy()
+    return table.to_numpy(dtype=float, na_value=np.nan)
 
 
 def _some(coords: Mapping[str, Coordinate | None]) -> dict[str, Coordinate]:

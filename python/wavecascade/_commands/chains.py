@@ -61,8 +61,15 @@ def _scene(scene: Scene) -> tuple[str | None, list[str]]:
     """A scene as its text, or as words that name its file."""
     if scene is None:
         return None, []
-    if not isinstance(scene, Mapping):
+    if isinstance(scene, str) and "=" in scene:
+        return scene, []
+    if is_path(scene):
         return None, [os.fspath(scene)]
+    if not isinstance(scene, Mapping):
+        raise TypeError(
+            "scene: expected keys as a dictionary, a path, or the text of a scene, found "
+            f"{type(scene).__name__}"
+        )
     unknown = [key for key in scene if key not in _KEYS]
     if unknown:
         raise TypeError(f"scene: {unknown[0]!r} is no key of scenes")
@@ -72,7 +79,7 @@ def _scene(scene: Scene) -> tuple[str | None, list[str]]:
 
 def _merged(scene: Scene, keys: dict[str, Any], own: frozenset[str]) -> tuple[Scene, dict[str, Any]]:
     """Keys of scenes among keywords go to a scene that is no file."""
-    if is_path(scene):
+    if scene is not None and not isinstance(scene, Mapping):
         return scene, keys
     of_scene = {key: value for key, value in keys.items() if key in _KEYS and key not in own}
     rest = {key: value for key, value in keys.items() if key not in of_scene}
@@ -259,6 +266,10 @@ def _made(found: dict[str, Any]) -> xr.Dataset:
     """What the native half found; what the arrays hold is no attribute."""
     warn(found)
     out = dataset(found, summary_attrs(found["summary"], without={name for name, *_ in found["arrays"]}))
+    named = {"parameter", "key"}.intersection(getattr(out, "dims", ()))
+    for dim in named.difference(getattr(out, "coords", ())):
+        keys = json.loads(out.attrs.get("values") or out.attrs["keys"])
+        out = out.assign_coords({dim: [key["name"] for key in keys]})
     hold(out, found["page"])
     return out
 

@@ -177,7 +177,13 @@ class _Bar:
     """Progress in a bar of tqdm, one for each stage."""
 
     def __init__(self) -> None:
-        from tqdm.auto import tqdm
+        try:
+            from tqdm.auto import tqdm
+        except ModuleNotFoundError as error:
+            raise ModuleNotFoundError(
+                "progress=True draws bars of tqdm, which is not installed: `pip install tqdm`, or give "
+                "a function of (stage, done, total)"
+            ) from error
 
         self._make = tqdm
         self._bar: Any = None
