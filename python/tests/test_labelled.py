@@ -265,7 +265,11 @@ def test_val_tables_of_two_levels_and_nullable_columns(field):
             ValueError,
             "found int16 packed by scale_factor; unpack them with xarray.decode_cf",
         ),
-        (lambda: wc.simulate([1], sites=12), TypeError, "scene: expected keys as a dictionary.*found list"),
+        (
+            lambda: wc.simulate([1], sites=12),
+            TypeError,
+            "scene: expected keys as.*found list",
+        ),
         (lambda: wc.compare(np.ones((64, 4)), np.ones((64, 4))), TypeError, "scene: .*found ndarray"),
     ],
 )
