@@ -144,8 +144,11 @@ impl Sidecar {
 fn is_scene(path: &Path) -> bool {
     const KEYS: &str = "sites law exponent stiffness_ratio mass_ratio mass_cell masses coefficient_cell coefficients \
                         striker_velocity striker_mass material radius ends drive precompression end_time samples";
+    // Reading a pipe would wait for who writes to it.
     let is_short = regular_file(path).is_ok_and(|file| file.len() <= LENGTH_LIMIT);
-    let text = std::fs::read_to_string(path).ok().filter(|_| is_short);
+    let text = is_short
+        .then(|| std::fs::read_to_string(path).ok())
+        .flatten();
     let table = text.and_then(|text| text.parse::<toml::Table>().ok());
     table.is_some_and(|table| KEYS.split_whitespace().any(|key| table.contains_key(key)))
 }
