@@ -160,13 +160,13 @@ def _dataset(
 
 
 def _bytes_of_a_state(estimate: Divided, cut: tuple[int, int, int], tapers: int) -> int:
-    """Bytes of a site in a state of the sums: each frequency, and the pieces of a record."""
+    """Bytes of a site in a state of the sums: each frequency, the pieces of a record, what filling leaves."""
     length, hop, count = cut
     # Power and product with the reference; or power under each taper and, of several, the test for lines.
     of_a_bin = 3 if estimate == "coherence" else tapers + (5 if tapers > 1 else 0)
     reached = (count - 1) * hop + length
     pieces = reached // max(1, reached // 16) + 1
-    return 8 * (of_a_bin * (length // 2 + 1) + 3 * pieces + 2)
+    return 8 * (of_a_bin * (length // 2 + 1) + 3 * pieces + 4)
 
 
 def _groups_of_sites(samples: Any, of_a_site: int) -> list[range]:
