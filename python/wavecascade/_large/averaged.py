@@ -160,7 +160,7 @@ def _dataset(
 
 
 def _bytes_of_a_state(estimate: Divided, cut: tuple[int, int, int], tapers: int) -> int:
-    """Bytes of a site in a state of the sums: each frequency, the pieces of a record, what filling leaves."""
+    """Bytes of a site in a state: each frequency, pieces of a record, what filling leaves."""
     length, hop, count = cut
     # Power and product with the reference; or power under each taper and, of several, the test for lines.
     of_a_bin = 3 if estimate == "coherence" else tapers + (5 if tapers > 1 else 0)
