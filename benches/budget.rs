@@ -121,7 +121,7 @@ fn median(mut times: Vec<f64>) -> f64 {
 
 /// The transforms of the views, on numbers of the right size.
 fn transforms([wavenumber, frequency, scale]: [bool; 3], scales: usize) {
-    let mut forward = |length: usize, count: usize| {
+    let forward = |length: usize, count: usize| {
         let plan = rows::plan_fft_forward::<f64>(length);
         let mut input: Vec<f64> = (0..length).map(|i| (0.3 * i as f64).sin()).collect();
         let (mut output, mut work) = (plan.make_output_vec(), plan.make_scratch_vec());
