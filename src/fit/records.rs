@@ -343,9 +343,10 @@ fn bodies_of(field: &Field, setup: &Setup, length: Option<f64>) -> Result<Vec<us
     (0..field.n_sites()).map(body).collect()
 }
 
-/// Words before numbers that are those of instruments and not of bodies.
-const INSTRUMENTS: [&str; 10] = [
-    "ch", "chan", "channel", "kanal", "sensor", "probe", "trace", "signal", "col", "column",
+/// Words whose numbers are those of bodies; numbers of channels, sensors and points are not.
+const BODIES: [&str; 13] = [
+    "body", "bead", "site", "particle", "cylinder", "sphere", "ball", "grain", "mass", "node", "v",
+    "u", "velocity",
 ];
 
 /// The whole number behind a word: 4 of `body 4`, `v4` and `bead_4 (m/s)`, none of `CH4`.
@@ -353,8 +354,6 @@ fn number_in(name: &str) -> Option<usize> {
     let name = name.split(['(', '[']).next()?.trim().to_lowercase();
     let word = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let number = name[word.len()..].parse().ok()?;
-    let is_word = |c: char| c.is_alphabetic() || " _-".contains(c);
-    let own = word.trim_end_matches([' ', '_', '-']);
-    let is_body = !own.is_empty() && own.chars().all(is_word) && !INSTRUMENTS.contains(&own);
+    let is_body = BODIES.contains(&word.trim_end_matches([' ', '_', '-']));
     is_body.then_some(number)
 }

@@ -4,7 +4,10 @@
 //! that a kernel reads or writes beside its buffers. Results that are written past the caches the
 //! sanitizer does not see; those lie between margins that are looked at here.
 
-use column_fft::{InstructionSet, Real, RealToComplexColumns, ShortTimeColumns};
+use column_fft::{
+    Columns, ColumnsMut, FftError, InstructionSet, Real, RealToComplexColumns, SegmentsMut,
+    ShortTimeColumns,
+};
 use ndarray::{Array2, Array3, ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, ShapeBuilder, s};
 use num_complex::Complex;
 
@@ -214,4 +217,60 @@ fn segments_past_the_caches_keep_to_their_place() {
     for apart in [1, 3] {
         assembled_segments::<f64>(20000, 1, apart);
     }
+}
+
+#[test]
+fn regress_arrays_beyond_the_slice_and_rows_that_overlap_are_refused() {
+    let mut slice = [0.0; 23];
+    assert!(Columns::new(&slice, 3, 7, 8).is_ok());
+    let (needed, found) = (24, 23);
+    let beyond = Columns::new(&slice, 3, 8, 8).unwrap_err();
+    assert_eq!(beyond, FftError::Slice { needed, found });
+    assert!(Columns::new(&slice, 5, 8, 3).is_ok());
+    let endless = Columns::new(&slice, usize::MAX, 2, usize::MAX);
+    assert!(matches!(endless, Err(FftError::Slice { .. })));
+    assert!(ColumnsMut::new(&mut slice, 3, 7, 8).is_ok());
+    assert!(ColumnsMut::new(&mut slice, 0, 99, 0).is_ok());
+    assert!(ColumnsMut::with_strides(&mut slice, [3, 7], [1, 3]).is_ok());
+    for strides in [[7, 1], [1, 2]] {
+        let overlapping = ColumnsMut::with_strides(&mut slice, [3, 8], strides);
+        assert_eq!(overlapping.unwrap_err(), FftError::Overlap);
+    }
+    assert!(SegmentsMut::new(&mut slice, 2, 3, 3, 4).is_ok());
+    assert!(SegmentsMut::new(&mut slice, 2, usize::MAX, 3, 4).is_err());
+    let overlapping = SegmentsMut::with_strides(&mut slice, [2, 2, 2], [2, 2, 1]);
+    assert_eq!(overlapping.unwrap_err(), FftError::Overlap);
+}
+
+/// A plan needs what is known before it, and no less does. By hand: 4096 = 64 x 64, so a tile of w columns takes
+/// 2 w (64 + 33 (64 + 2)) numbers, and a cache line for the alignment. Copies of rows 4096 bytes apart are of 8
+/// lines a row; of 2 ^ 17 rows only of 2.
+#[test]
+fn val_scratch_by_hand() {
+    let known = RealToComplexColumns::<f64>::scratch_len_of;
+    for length in [4096, 1000, 251, 253, 7] {
+        let plan = RealToComplexColumns::<f64>::new(length).unwrap();
+        for (columns, stride) in [(512, 512), (30, 512), (512, 513), (3, 512)] {
+            let samples = vec![0.5; length * stride];
+            let mut bins = vec![Complex::default(); plan.bins() * columns];
+            let values = Columns::new(&samples, length, columns, stride).unwrap();
+            let known = known(length, columns, stride);
+            let mut scratch = vec![Complex::default(); known];
+            let mut run = |scratch: &mut [Complex<f64>]| {
+                let spectra = ColumnsMut::new(&mut bins, plan.bins(), columns, columns).unwrap();
+                assert_eq!(plan.scratch_len_for(&values, &spectra), known);
+                plan.process_with_scratch(values, spectra, scratch)
+            };
+            assert_eq!(run(&mut scratch), Ok(()));
+            let short = run(&mut scratch[1..]);
+            assert!(matches!(short, Err(FftError::Scratch { .. })), "{length}");
+            assert!(plan.scratch_len(columns) >= known);
+        }
+    }
+    let bytes = |length| [512, 513].map(|stride| 16 * known(length, 512, stride));
+    let width = RealToComplexColumns::<f64>::new(4096).unwrap().width();
+    let scratch = 2 * width * (64 + 33 * 66) * 8 + 64;
+    assert_eq!(bytes(4096), [scratch + (2 << 20), scratch]);
+    let [copied, not] = bytes(1 << 17);
+    assert_eq!(copied - not, 128 << 17);
 }
