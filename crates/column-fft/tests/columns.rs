@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 mod common;
+#[path = "../src/twiddle.rs"]
+mod twiddle;
 
 use column_fft::{
     Algorithm, ColumnFftPlanner, Columns, ColumnsMut, ComplexToComplexColumns, FftDirection,
@@ -574,4 +576,26 @@ fn complex_agrees<T: Real>(tolerance: f64) {
 fn val_rustfft_of_complex_columns() {
     complex_agrees::<f64>(2e-15);
     complex_agrees::<f32>(5e-7);
+}
+
+/// Angles that are the same on paper have the same bits, and the sine of a twelfth of a cycle is one half; in every
+/// octant the standard library's are right to about a unit of an angle that is itself rounded.
+#[test]
+fn val_identities_of_twiddle_factors() {
+    let of = twiddle::cos_sin_exact;
+    for q in 1..200 {
+        assert_eq!(of(0, q), (1.0, 0.0));
+        assert_eq!(of(q, 4 * q), (0.0, 1.0));
+        assert_eq!(of(q, 12 * q).1, 0.5);
+        for p in 0..=q {
+            let (cos, sin) = of(p, q);
+            assert_eq!(of(q - p, q), (cos, -sin));
+        }
+    }
+    for p in 0..4096 {
+        let angle = TAU * (p as f64 / 4096.0);
+        let (cos, sin) = of(p, 4096);
+        assert!((cos - angle.cos()).abs() < 7e-16);
+        assert!((sin - angle.sin()).abs() < 7e-16);
+    }
 }
