@@ -2,21 +2,19 @@
 #![cfg(unix)]
 
 use std::fs;
+use std::path::PathBuf;
+use std::process::Child;
 
 use test_support::place::Place;
 use test_support::running::{partial, signal, sparse, start, wait_for};
 
-/// Kills an analysis while it writes, and returns the name of what it leaves.
-fn killed(place: &Place, words: &[&str]) -> String {
-    let mut child = start(place, words);
-    wait_for(&mut child, || {
-        let folder = partial(place);
-        let spectra = folder.map(|name| place.path(&name).join("spectra.npz"));
-        // Opened is not yet written.
-        spectra.is_some_and(|path| fs::metadata(path).is_ok_and(|file| file.len() > 1 << 20))
-    });
-    signal(&child, "KILL");
-    child.wait().unwrap();
+/// The directory into which a run writes its spectra. An earlier one, which only tries whether that is possible, is
+/// gone again by then.
+fn written(place: &Place, child: &mut Child) -> String {
+    let spectra = || Some(place.path(partial(place)?).join("spectra.npz"));
+    // Opened is not yet written.
+    let is_written = |path: PathBuf| fs::metadata(path).is_ok_and(|file| file.len() > 1 << 20);
+    wait_for(child, || spectra().is_some_and(is_written));
     partial(place).unwrap()
 }
 
@@ -26,7 +24,10 @@ fn regress_the_next_run_removes_what_a_killed_one_left() {
     sparse(&place, "long.npy", 40_000, 400);
     let before = place.names();
     let long = ["analyze", "long.npy", "--out", "result"];
-    killed(&place, &long);
+    let mut killed = start(&place, &long);
+    written(&place, &mut killed);
+    signal(&killed, "KILL");
+    killed.wait().unwrap();
     let words = ["analyze", "wave.npy", "--out", "other", "--figures", "none"];
     place.good(&words);
     let mut after = before.clone();
@@ -35,10 +36,9 @@ fn regress_the_next_run_removes_what_a_killed_one_left() {
 
     // One that still runs is left alone.
     let mut child = start(&place, &long);
-    wait_for(&mut child, || partial(&place).is_some());
-    let held = partial(&place);
+    let held = written(&place, &mut child);
     place.good(&[&words[..], &["--force"]].concat());
-    assert_eq!(partial(&place), held);
+    assert!(place.path(held).exists());
     signal(&child, "TERM");
     assert_eq!(child.wait().unwrap().code(), Some(143));
     assert_eq!(place.names(), after);
