@@ -1,6 +1,7 @@
 //! Budgets of simulated chains over time: the change of a quantity against the integral of its
 //! rate.
 
+use rayon::prelude::*;
 use test_support::changed;
 use test_support::fields::{fixed, spring};
 use wavecascade::arrays::LargeArray;
@@ -82,19 +83,19 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
     add("stiff", 1e6, None, 30.0, &|_| {});
     add("dashpot", 2.398, None, 60.0, &|it| it.losses.dashpot = 0.05);
     add("tangent", 2.398, None, 60.0, &|it| it.losses.tangent = 0.05);
-    add("drag", 2.398, None, 60.0, &|it| it.losses.drag = 0.02);
+    add("drag", 2.398, None, 20.0, &|it| it.losses.drag = 0.02);
     add("masses", 1.0, None, 40.0, &|it| {
         let light = it.mass.iter_mut().skip(1).step_by(2);
         light.for_each(|mass| *mass = 0.4);
     });
-    add("free and pushed", 3.0, Some(force), 30.0, &free);
-    add("pushed inside", 3.0, Some(body), 30.0, &free);
-    add("ring pushed by a burst", 2.0, Some(burst), 30.0, &|it| {
+    add("free and pushed", 3.0, Some(force), 15.0, &free);
+    add("pushed inside", 3.0, Some(body), 15.0, &free);
+    add("ring pushed by a burst", 2.0, Some(burst), 15.0, &|it| {
         it.ends = Ends::Periodic;
         it.law = spring.clone().into();
         it.losses.drag = 0.02;
     });
-    add("driven wall", 2.0, Some(wall.clone()), 30.0, &fix);
+    add("driven wall", 2.0, Some(wall.clone()), 15.0, &fix);
     add("ring", 2.0, None, 30.0, &|it| {
         it.ends = Ends::Periodic;
         it.precompression = 0.2;
@@ -106,7 +107,7 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
     add("toda", 2.0, None, 30.0, &|it| {
         it.law = Law::toda(1.0).into()
     });
-    add("many laws", 1.0, None, 30.0, &|it| {
+    add("many laws", 1.0, None, 15.0, &|it| {
         // Filters act over cells of four.
         *it = Chain::dimer(2 * n, 1.0);
         let cell = vec![
@@ -121,23 +122,23 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
     add("linear, opens", 2.0, None, 30.0, &|it| {
         it.law = Law::Power { exponent: 1.0 }.into();
     });
-    add("held by the ground", 2.0, None, 30.0, &|it| {
+    add("held by the ground", 2.0, None, 10.0, &|it| {
         it.on_site.gravity = 0.1;
         let coefficient = (0..n).map(|j| 0.3 + 0.1 * (j % 2) as f64);
         it.on_site.ground = Some(ground(coefficient.collect()));
     });
-    add("resonators", 2.0, None, 30.0, &|it| {
+    add("resonators", 2.0, None, 10.0, &|it| {
         it.on_site.gravity = 0.1;
         it.on_site.resonators = Some(resonators(n, 0.0));
     });
-    add("damped resonators", 2.0, Some(wall), 30.0, &|it| {
+    add("damped resonators", 2.0, Some(wall), 10.0, &|it| {
         it.losses.drag = 0.02;
         it.on_site.resonators = Some(resonators(n, 0.05));
         fix(it);
     });
     add("a body moved as told", 2.0, Some(seventh), 30.0, &|_| {});
     let name = "a body moved on resonators and the ground";
-    add(name, 1.0, Some(eighth), 30.0, &|it| {
+    add(name, 1.0, Some(eighth), 10.0, &|it| {
         it.losses.drag = 0.02;
         it.law = spring.clone().into();
         it.on_site.ground = Some(ground(vec![0.3; n]));
@@ -152,43 +153,45 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
 
 #[test]
 fn val_identity_balances_close_inside_the_stepping() {
-    for (name, chain, drive, end) in chains() {
-        let run = simulate(chain, drive, end, 41);
-        let Closure {
-            real_space,
-            wavenumber,
-            frequency,
-            scale,
-            integration,
-            ..
-        } = found(&run, Integration::Stepping).closure;
-        assert_eq!(integration, Integration::Stepping);
-        let (real, wave) = (closed(&real_space), closed(&wavenumber));
-        let scale = closed(&scale);
-        println!("{name}: {real:.1e} {wave:.1e} {scale:.1e}");
-        // A force that sets in with a kink costs the steps beside it.
-        let limit = if name == "linear, opens" {
-            2e-10
-        } else {
-            5e-11
-        };
-        assert!(real < limit, "{name}: {real:e}");
-        assert!(wave < 1e-12, "{name}: {wave:e}");
-        assert!(scale < 1e-11, "{name}: {scale:e}");
-        let power = closed(&frequency);
-        // At an opening contact elastic forces vary like t^{3/2} and stiffness-proportional damping
-        // like t^{1/2}; a dashpot jumps. Sums over samples have order 5/2, 3/2 and 1.
-        let limit = match name {
-            "dashpot" => 5e-6,
-            "tangent" => 5e-8,
-            "linear, opens" => 1e-7,
-            _ => 1e-9,
-        };
-        assert!(power < limit, "{name}: {power:e}");
-        // From the samples alone the closure shows the error of the trapezoid rule.
-        let coarse = found(&run, Integration::Samples).closure;
-        assert!(closed(&coarse.wavenumber) > 1e-5, "{name}");
-    }
+    chains()
+        .into_par_iter()
+        .for_each(|(name, chain, drive, end)| {
+            let run = simulate(chain, drive, end, 41);
+            let Closure {
+                real_space,
+                wavenumber,
+                frequency,
+                scale,
+                integration,
+                ..
+            } = found(&run, Integration::Stepping).closure;
+            assert_eq!(integration, Integration::Stepping);
+            let (real, wave) = (closed(&real_space), closed(&wavenumber));
+            let scale = closed(&scale);
+            println!("{name}: {real:.1e} {wave:.1e} {scale:.1e}");
+            // A force that sets in with a kink costs the steps beside it.
+            let limit = if name == "linear, opens" {
+                2e-10
+            } else {
+                5e-11
+            };
+            assert!(real < limit, "{name}: {real:e}");
+            assert!(wave < 1e-12, "{name}: {wave:e}");
+            assert!(scale < 1e-11, "{name}: {scale:e}");
+            let power = closed(&frequency);
+            // At an opening contact elastic forces vary like t^{3/2} and stiffness-proportional damping
+            // like t^{1/2}; a dashpot jumps. Sums over samples have order 5/2, 3/2 and 1.
+            let limit = match name {
+                "dashpot" => 5e-6,
+                "tangent" => 5e-8,
+                "linear, opens" => 1e-7,
+                _ => 1e-9,
+            };
+            assert!(power < limit, "{name}: {power:e}");
+            // From the samples alone the closure shows the error of the trapezoid rule.
+            let coarse = found(&run, Integration::Samples).closure;
+            assert!(closed(&coarse.wavenumber) > 1e-5, "{name}");
+        });
 }
 
 /// Scale budgets of a chain long enough for many sites, and of one whose wall drives and damps.

@@ -1,26 +1,13 @@
 //! What one estimate takes, by the example of `coherence`: beside its own folder, the files that name it are few.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use crate::rooms::{files, root};
 
 /// Files outside of its folder: the export, its arguments, the one list of the program, its function in Python; the sums
 /// in parts (one of Rust, two of Python), what is plotted first, and two sentences that advise it.
 const MOST: usize = 10;
-
-fn files(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let is_test = path.file_name().is_some_and(|name| name == "tests");
-        if path.is_dir() && !is_test {
-            files(&path, found);
-        } else if path
-            .extension()
-            .is_some_and(|e| e == "rs" || e == "py" || e == "pyi")
-        {
-            found.push(path);
-        }
-    }
-}
 
 /// Whether code names it as a word; comments do not count.
 fn names(path: &Path, estimate: &str) -> bool {
@@ -39,13 +26,13 @@ fn names(path: &Path, estimate: &str) -> bool {
 
 #[test]
 fn regress_an_estimate_is_named_in_few_files() {
-    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    let mut all = Vec::new();
-    for folder in ["src", "crates", "python/src", "python/wavecascade"] {
-        files(&root.join(folder), &mut all);
-    }
+    let root = root();
+    let folders = ["src", "crates", "python/src", "python/wavecascade"];
+    let all = folders.map(|folder| files(&root.join(folder), &[".rs", ".py", ".pyi"]));
+    let mut all = all.concat();
     let own = root.join("src/estimates/coherence");
-    all.retain(|path| !path.starts_with(&own) && names(path, "coherence"));
+    let is_test = |path: &Path| path.iter().any(|part| part == "tests");
+    all.retain(|path| !path.starts_with(&own) && !is_test(path) && names(path, "coherence"));
     assert!(all.len() <= MOST, "{} files name it: {all:#?}", all.len());
     let export = root.join("src/estimates/mod.rs");
     assert!(all.contains(&export), "{all:#?}");

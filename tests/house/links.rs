@@ -2,23 +2,8 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
 
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn documents(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        if path.is_dir() && name != "target" && !name.starts_with('.') {
-            documents(&path, found);
-        } else if name.ends_with(".md") {
-            found.push(path);
-        }
-    }
-}
+use crate::rooms::{files, root};
 
 /// Lines outside of fenced code.
 fn prose(text: &str) -> Vec<&str> {
@@ -55,8 +40,7 @@ fn anchors(text: &str) -> BTreeSet<String> {
 
 #[test]
 fn every_relative_link_leads_somewhere() {
-    let mut found = Vec::new();
-    documents(&root(), &mut found);
+    let found = files(&root(), &[".md"]);
     assert!(found.len() > 15, "{found:?}");
     let mut broken = Vec::new();
     for document in &found {

@@ -1,6 +1,7 @@
-//! The repository itself: which room uses which, what an estimate takes, where links lead, and one version.
+//! The repository itself: which room uses which, what an estimate takes, how long rooms are, where links lead, and one version.
 
 mod estimates;
+mod lines;
 mod links;
 mod map;
 mod rooms;

@@ -21,15 +21,20 @@ pub fn listed() -> Vec<String> {
         .collect()
 }
 
-fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+/// Files below a folder whose names end so; not what was built, nor what git keeps.
+pub fn files(folder: &Path, ends: &[&str]) -> Vec<PathBuf> {
+    let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
-        if path.is_dir() {
-            files(&path, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if path.is_dir() && name != "target" && !name.starts_with('.') {
+            found.extend(files(&path, ends));
+        } else if ends.iter().any(|end| name.ends_with(end)) {
             found.push(path);
         }
     }
+    found.sort();
+    found
 }
 
 /// The code without comments.
@@ -91,8 +96,7 @@ fn every_room_is_on_the_map_once() {
     let listed = listed();
     let unique: BTreeSet<String> = listed.iter().cloned().collect();
     assert_eq!(unique.len(), listed.len(), "{listed:?}");
-    let mut sources = Vec::new();
-    files(&root().join("src"), &mut sources);
+    let sources = files(&root().join("src"), &[".rs"]);
     let rooms: BTreeSet<String> = sources.iter().map(|path| room_of(path)).collect();
     let rooms: BTreeSet<String> = rooms
         .into_iter()
@@ -103,9 +107,7 @@ fn every_room_is_on_the_map_once() {
 
 /// Every file of a room, with the room and what its code names.
 pub fn uses() -> Vec<(PathBuf, String, BTreeSet<String>)> {
-    let mut sources = Vec::new();
-    files(&root().join("src"), &mut sources);
-    sources.sort();
+    let sources = files(&root().join("src"), &[".rs"]);
     let used = |path: PathBuf| {
         let (room, used) = (room_of(&path), named(&code(&path)));
         (path, room, used)
