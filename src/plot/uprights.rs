@@ -11,7 +11,9 @@ const GAP: f64 = 8.0;
 
 /// What the names take above a frame.
 pub(super) fn height(marks: &[Mark], panel: &Panel) -> f64 {
-    let rows = places(marks, panel).map(|placed| placed.row + 1);
+    let named = marks.iter().zip(places(marks, panel));
+    let named = named.filter(|(mark, _)| !mark.label.is_empty());
+    let rows = named.map(|(_, placed)| placed.row + 1);
     rows.max().map_or(0.0, |rows| ROW * rows as f64 + 6.0)
 }
 

@@ -10,9 +10,9 @@ use maud::{DOCTYPE, Markup, PreEscaped, Render, html as markup};
 use serde::Serialize;
 
 use crate::plot::{self, ColorScale, Colormap, Depth, Style};
-pub(super) use crate::sheet::{Look, Role};
-pub(super) use curves::{Chart, CurveGroup, Series, Weight};
-pub(super) use map::{AxisData, MapData, page_opens};
+pub(super) use curves::CurveGroup;
+pub(super) use map::MapData;
+use map::page_opens;
 
 const PLOTLY: &str = include_str!("../../../assets/plotly/plotly-cartesian.min.js");
 const SCRIPT: &str = include_str!("../../../assets/page.js");
