@@ -13,11 +13,36 @@ use crate::sheet::{Colors, HeatChart, Map, Reduction, Role};
 
 const WHITE: [u8; 3] = [255; 3];
 
-/// What is drawn of a map beside its frame.
-struct Legend {
+/// The colours of maps that share them.
+pub(super) struct Legend<'a> {
     scale: ColorScale,
+    quantity: &'a str,
     greys: Greys,
-    side: BarSide,
+}
+
+impl<'a> Legend<'a> {
+    /// The scale of the first map, which others share, and the greys of all.
+    pub fn of(maps: &[&'a HeatChart], style: &Style) -> Option<Legend<'a>> {
+        let first = maps.first()?;
+        Some(Legend {
+            scale: first.scale(style),
+            quantity: &first.label,
+            greys: Greys {
+                missing: maps
+                    .iter()
+                    .any(|map| map.shown_values().any(|value| !value.is_finite())),
+                both_signs: maps.iter().any(|map| map.holds_both_signs()),
+            },
+        })
+    }
+
+    pub fn bar(&self) -> ColorBar<'_> {
+        ColorBar {
+            scale: &self.scale,
+            quantity: self.quantity,
+            greys: self.greys,
+        }
+    }
 }
 
 impl HeatChart {
@@ -38,37 +63,24 @@ impl HeatChart {
         }
     }
 
-    fn legend(&self, style: &Style) -> Legend {
-        let values = || {
-            let reduced = self.shown().into_iter();
-            let reduced = reduced.flat_map(|map| map.values.iter().map(|value| f64::from(*value)));
-            reduced.chain(self.values.iter().copied())
-        };
-        Legend {
-            scale: match (&self.colors, self.shared) {
-                (Colors::Between(range), _) => ColorScale::between(range.start, range.end),
-                (Colors::Signed { limit, decades }, _) => {
-                    ColorScale::signed([*limit].into_iter(), *decades)
-                }
-                (Colors::Powers, Some(ends)) => ColorScale::log(ends.into_iter(), style.depth),
-                (Colors::Powers, None) => ColorScale::log(values(), style.depth),
-            },
-            greys: Greys {
-                missing: values().any(|value| !value.is_finite()),
-                both_signs: self.shown().is_some_and(heat::holds_both_signs),
-            },
-            side: match style.is_narrow() {
-                true => BarSide::Below,
-                false => BarSide::Right,
-            },
-        }
+    fn shown_values(&self) -> impl Iterator<Item = f64> {
+        let reduced = self.shown().into_iter();
+        let reduced = reduced.flat_map(|map| map.values.iter().map(|value| f64::from(*value)));
+        reduced.chain(self.values.iter().copied())
     }
 
-    fn bar<'a>(&'a self, legend: &'a Legend) -> ColorBar<'a> {
-        ColorBar {
-            scale: &legend.scale,
-            quantity: &self.label,
-            greys: legend.greys,
+    fn holds_both_signs(&self) -> bool {
+        self.shown().is_some_and(heat::holds_both_signs)
+    }
+
+    fn scale(&self, style: &Style) -> ColorScale {
+        match (&self.colors, self.shared) {
+            (Colors::Between(range), _) => ColorScale::between(range.start, range.end),
+            (Colors::Signed { limit, decades }, _) => {
+                ColorScale::signed([*limit].into_iter(), *decades)
+            }
+            (Colors::Powers, Some(ends)) => ColorScale::log(ends.into_iter(), style.depth),
+            (Colors::Powers, None) => ColorScale::log(self.shown_values(), style.depth),
         }
     }
 
@@ -93,38 +105,37 @@ impl HeatChart {
         (what, [rows * cell.0, columns * cell.1])
     }
 
-    /// What is drawn beside a frame of this size.
-    pub(super) fn margins(&self, rect: Rect, names_x: bool, style: &Style) -> Margins {
+    /// What is drawn beside a frame of this size, with a colour bar at this side.
+    pub(super) fn margins(
+        &self,
+        rect: Rect,
+        names_x: bool,
+        bar: Option<BarSide>,
+        style: &Style,
+    ) -> Margins {
         let panel = self.panel(rect, names_x);
-        let margins = panel.margins();
-        let legend = self.legend(style);
-        let bar = |length: f64| self.bar(&legend).extent(legend.side, length);
-        let margins = Margins {
-            top: margins.top.max(uprights::height(&self.marks, &panel)),
-            ..margins
-        };
-        match legend.side {
-            BarSide::Right => Margins {
-                right: margins.right.max(bar(rect.height()) + beside(&panel)),
-                ..margins
-            },
-            BarSide::Below => Margins {
-                bottom: margins.bottom + bar(rect.width()),
-                ..margins
-            },
+        let mut margins = panel.margins();
+        margins.top = margins.top.max(uprights::height(&self.marks, &panel));
+        if let Some((side, legend)) = bar.zip(Legend::of(&[self], style)) {
+            match side {
+                BarSide::Right => {
+                    let bar = legend.bar().extent(side, rect.height()) + beside(&panel);
+                    margins.right = margins.right.max(bar);
+                }
+                BarSide::Below => margins.bottom += legend.bar().extent(side, rect.width()),
+            }
         }
+        margins
     }
 
-    pub(super) fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool) {
-        let (panel, legend) = (self.panel(rect, names_x), self.legend(&scene.style));
+    pub(super) fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool, bar: Option<BarSide>) {
+        let (panel, scale) = (self.panel(rect, names_x), self.scale(&scene.style));
         match self.shown() {
-            Some(map) if legend.greys.both_signs => {
-                heat::draw_signed(scene, &panel, map, &legend.scale);
-            }
-            Some(map) => heat::draw(scene, &panel, map.values.view(), &legend.scale),
-            None => heat::draw(scene, &panel, self.values.view(), &legend.scale),
+            Some(map) if self.holds_both_signs() => heat::draw_signed(scene, &panel, map, &scale),
+            Some(map) => heat::draw(scene, &panel, map.values.view(), &scale),
+            None => heat::draw(scene, &panel, self.values.view(), &scale),
         }
-        let color = match legend.scale {
+        let color = match scale {
             ColorScale::Diverging { .. } | ColorScale::Signed { .. } => INK,
             _ => WHITE,
         };
@@ -144,11 +155,13 @@ impl HeatChart {
             panel::note(scene, &level.label, (rect.right - 10.0, name), Anchor::End);
         }
         panel.draw_axes(scene);
-        let from = match legend.side {
-            BarSide::Right => beside(&panel),
-            BarSide::Below => panel.margins().bottom,
-        };
-        self.bar(&legend).draw(scene, rect, legend.side, from);
+        if let Some((side, legend)) = bar.zip(Legend::of(&[self], &scene.style)) {
+            let from = match side {
+                BarSide::Right => beside(&panel),
+                BarSide::Below => panel.margins().bottom,
+            };
+            legend.bar().draw(scene, rect, side, from);
+        }
     }
 }
 

@@ -4,11 +4,13 @@ use rayon::prelude::*;
 
 use super::Figure;
 use super::font;
+use super::heat::BarSide;
+use super::heat_chart::Legend;
 use super::legend::{self, Entry};
 use super::panel::{self, EDGE, LABEL_SIZE, LINE, Margins, TICK_SIZE};
 use super::scene::{Anchor, Rect, Scene};
 use super::style::Style;
-use crate::sheet::{Describe, FigureLayout, Plot, PlotRow, Sheet};
+use crate::sheet::{Describe, FigureLayout, HeatChart, Plot, PlotRow, Sheet};
 
 /// Passes of a layout.
 const PASSES: usize = 3;
@@ -27,10 +29,10 @@ impl Plot {
         }
     }
 
-    fn margins(&self, rect: Rect, names_x: bool, style: &Style) -> Margins {
+    fn margins(&self, rect: Rect, names_x: bool, bar: Option<BarSide>, style: &Style) -> Margins {
         match self {
             Plot::Chart(chart) => chart.margins(rect, names_x),
-            Plot::Map(map) => map.margins(rect, names_x, style),
+            Plot::Map(map) => map.margins(rect, names_x, bar, style),
         }
     }
 
@@ -41,10 +43,10 @@ impl Plot {
         }
     }
 
-    fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool) {
+    fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool, bar: Option<BarSide>) {
         match self {
             Plot::Chart(chart) => chart.draw(scene, rect, names_x),
-            Plot::Map(map) => map.draw(scene, rect, names_x),
+            Plot::Map(map) => map.draw(scene, rect, names_x, bar),
         }
     }
 }
@@ -141,6 +143,27 @@ impl<'a> Layout<'a> {
         !self.figure.shared_x || index + 1 == self.rows.len()
     }
 
+    /// Maps that share their colours, where all plots do.
+    fn sharing(&self) -> Vec<&HeatChart> {
+        let plots = self.rows.iter().flat_map(|row| &row.plots);
+        let maps: Option<Vec<&HeatChart>> = plots.map(Plot::as_map).collect();
+        let mut maps = maps.unwrap_or_default();
+        let is_shared = |map: &&HeatChart| map.shared.is_some() && map.shared == maps[0].shared;
+        if maps.len() < 2 || !maps.iter().all(is_shared) {
+            maps.clear();
+        }
+        maps
+    }
+
+    /// Where maps have their colour bars; if they share it, it is below the last row.
+    fn bar(&self) -> Option<BarSide> {
+        let side = match self.style.is_narrow() {
+            true => BarSide::Below,
+            false => BarSide::Right,
+        };
+        self.sharing().is_empty().then_some(side)
+    }
+
     /// Margins of frames of these heights, equal where rows have as many cells.
     fn margins(&self, heights: &[f64]) -> Vec<Margins> {
         let own: Vec<Margins> = (self.rows.iter().enumerate())
@@ -153,7 +176,7 @@ impl<'a> Layout<'a> {
                     bottom: heights[index],
                 };
                 let all = row.plots.iter();
-                all.map(|plot| plot.margins(rect, self.names_x(index), self.style))
+                all.map(|plot| plot.margins(rect, self.names_x(index), self.bar(), self.style))
                     .fold(Margins::default(), Margins::max)
             })
             .collect();
@@ -192,18 +215,26 @@ impl<'a> Layout<'a> {
     /// left for the frames.
     fn measure(&self) -> (Vec<MeasuredRow>, f64) {
         let mut heights: Vec<f64> = self.rows.iter().map(|row| 220.0 * row.height).collect();
-        let mut found = self.measure_with(&heights);
+        let mut found = self.measure_with(&heights, None);
         for _ in 1..PASSES {
             for (height, row) in heights.iter_mut().zip(&found.0) {
                 *height = height.min(row.frame);
             }
-            found = self.measure_with(&heights);
+            found = self.measure_with(&heights, Some(&found.0));
         }
         found
     }
 
-    fn measure_with(&self, heights: &[f64]) -> (Vec<MeasuredRow>, f64) {
-        let usual = |row: &PlotRow, width: f64| (0.62 * width).clamp(LOWEST, 370.0) * row.height;
+    /// With the notes of frames as they were `before`.
+    fn measure_with(
+        &self,
+        heights: &[f64],
+        before: Option<&[MeasuredRow]>,
+    ) -> (Vec<MeasuredRow>, f64) {
+        let usual = |row: &PlotRow, width: f64| {
+            let most = (370.0 * row.height).max(LOWEST);
+            (0.62 * width * row.height.min(1.0)).clamp(LOWEST, most)
+        };
         let margins = self.margins(heights);
         let mut rows: Vec<MeasuredRow> = (self.rows.iter().zip(margins))
             .map(|(row, margins)| {
@@ -222,8 +253,14 @@ impl<'a> Layout<'a> {
             .sum();
         let (_, room) = self.common_place(&rows);
         let common = legend::height(&self.common, room);
-        let foot = 1.25 * TICK_SIZE * self.notes(&rows).len() as f64 + EDGE;
-        let fixed = self.top + common + beside + foot;
+        let notes = self.notes(before.unwrap_or(&rows)).len();
+        let foot = 1.25 * TICK_SIZE * notes as f64 + EDGE;
+        let bar = Legend::of(&self.sharing(), self.style);
+        let bar = bar.map_or(0.0, |of| {
+            let length = self.frames(&rows, 0.0).width();
+            of.bar().extent(BarSide::Below, length)
+        });
+        let fixed = self.top + common + beside + bar + foot;
         let frames: f64 = rows.iter().map(|row| row.frame).sum();
         let total = self
             .style
@@ -245,9 +282,14 @@ impl<'a> Layout<'a> {
             for (column, plot) in row.plots.iter().enumerate() {
                 let rect = self.frame(row, measured, column, frame_top);
                 self.draw_head(scene, plot, (top, top + measured.above), rect);
-                plot.draw(scene, rect, self.names_x(index));
+                plot.draw(scene, rect, self.names_x(index), self.bar());
             }
             top = frame_top + measured.frame + measured.margins.bottom + GAP;
+        }
+        if let Some(of) = Legend::of(&self.sharing(), self.style) {
+            let frames = self.frames(&rows, top - GAP);
+            of.bar().draw(scene, frames, BarSide::Below, 0.0);
+            top += of.bar().extent(BarSide::Below, frames.width());
         }
         let at = (2.0 * EDGE, top + 0.5 * TICK_SIZE);
         scene.lines(&self.notes(&rows), at, TICK_SIZE, Anchor::Start);
@@ -260,6 +302,17 @@ impl<'a> Layout<'a> {
             top,
             right: right - measured.margins.right,
             bottom: top + measured.frame,
+        }
+    }
+
+    /// From the first frame of the first row to its last, down to `bottom`.
+    fn frames(&self, rows: &[MeasuredRow], bottom: f64) -> Rect {
+        let [first, last] = [0, self.rows[0].columns - 1]
+            .map(|column| self.frame(&self.rows[0], &rows[0], column, 0.0));
+        Rect {
+            right: last.right,
+            bottom,
+            ..first
         }
     }
 

@@ -23,6 +23,13 @@ impl Plot {
             Plot::Map(_) => None,
         }
     }
+
+    pub fn as_map(&self) -> Option<&HeatChart> {
+        match self {
+            Plot::Chart(_) => None,
+            Plot::Map(map) => Some(map),
+        }
+    }
 }
 
 impl From<Chart> for Plot {
@@ -43,7 +50,7 @@ pub struct PlotRow {
     pub plots: Vec<Plot>,
     /// Cells that the row is divided into.
     pub columns: usize,
-    /// Height of its frames over the usual one.
+    /// Height of its frames over the usual one, where they are wide enough: no frame is higher than 0.62 of its width.
     pub height: f64,
 }
 

@@ -69,7 +69,6 @@ fn rows(figures: &[FigureLayout]) -> Vec<Vec<Picture>> {
             rows.push(Vec::from_iter(group.map(Picture::from)));
             continue;
         }
-        let is_single = plots.count() == 1;
         let mut n = 0;
         for row in &figure.rows {
             let mut pictures = Vec::new();
@@ -77,8 +76,8 @@ fn rows(figures: &[FigureLayout]) -> Vec<Vec<Picture>> {
                 let id = match (figure.name, plot) {
                     ("", Plot::Chart(_)) => format!("chart-{count}"),
                     ("", Plot::Map(_)) => format!("map-{count}"),
-                    (name, _) if is_single => name.to_owned(),
-                    (name, _) => format!("{name}-{n}"),
+                    (name, _) if n == 0 => name.to_owned(),
+                    (name, _) => format!("{name}-{}", n + 1),
                 };
                 (n, count) = (n + 1, count + 1);
                 pictures.extend(picture(id, title(figure, plot.title()), plot));
