@@ -24,7 +24,7 @@ mod sheet;
 mod snippet;
 
 pub use crate::sheet::{number, percent};
-pub use archive::{Archive, NamedArrays};
+pub use archive::Archive;
 pub use array_file::{ArrayFile, ArrayFormat};
 pub use arrays::{LabelledArrays, describe_analysis};
 pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arrays};
