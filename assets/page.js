@@ -596,17 +596,20 @@
     }
 
     start() {
+      if (coarse.matches) this.readout.textContent = "Tap to read and pick values; the buttons zoom.";
       if (!this.map.values.some(Number.isFinite)) this.readout.textContent = "This picture has no values.";
       this.draw();
       this.listen();
     }
 
-    findPeak(level) {
+    // The largest cell off marked columns: what is known beforehand, as a reference against itself, is not the answer.
+    findPeak({ values, columns: count, x }) {
+      const columns = Math.max(count, 1);
+      const marked = x.marks.map((at) => Math.floor(((at - x.low) / (x.high - x.low)) * columns));
       let [best, at] = [-1, 0];
-      level.values.forEach((v, n) => {
-        if (Math.abs(v) > best) [best, at] = [Math.abs(v), n];
+      values.forEach((v, n) => {
+        if (Math.abs(v) > best && !marked.includes(n % columns)) [best, at] = [Math.abs(v), n];
       });
-      const columns = Math.max(level.columns, 1);
       return { row: Math.floor(at / columns), column: at % columns };
     }
 
