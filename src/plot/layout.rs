@@ -211,14 +211,14 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// What rows take, and the height of the figure. Frames decide how labels break, and these what is
-    /// left for the frames.
+    /// What rows take, and the height of the figure. Frames decide how labels break and how many ticks there are, and
+    /// these what is left for the frames.
     fn measure(&self) -> (Vec<MeasuredRow>, f64) {
         let mut heights: Vec<f64> = self.rows.iter().map(|row| 220.0 * row.height).collect();
         let mut found = self.measure_with(&heights, None);
         for _ in 1..PASSES {
             for (height, row) in heights.iter_mut().zip(&found.0) {
-                *height = height.min(row.frame);
+                *height = row.frame;
             }
             found = self.measure_with(&heights, Some(&found.0));
         }
