@@ -304,7 +304,7 @@
   }
 
   class CurvePlot {
-    // group: { title, xLabel, x, role, log, marks, cumulative, note, charts: [{ label, log, mark, series }] }
+    // group: { title, xLabel, x, role, log, marks, cumulative, note, charts: [{ label, log, levels, series }] }
     // series: { label, values, x, look, color, shade, weight, errors, band }
     constructor(root, note, group, onPick) {
       Object.assign(this, { root, note, group, onPick });
@@ -356,7 +356,7 @@
       });
       charts.forEach((chart, n) => this.addChart(layout, chart, n, 1 - n * (each + gap), each));
       layout.shapes = this.shapes();
-      layout.annotations = this.names();
+      layout.annotations = [...this.names(), ...this.levelNames()];
       const shown = this.sample();
       const traces = this.traces.map(({ trace }, n) => ({ ...trace, ...shown[n] }));
       Plotly.react(root, traces, layout, CONFIG);
@@ -424,8 +424,8 @@
           },
         });
       });
-      if (typeof chart.mark === "number") {
-        this.levels.push({ at: moderate(chart.mark), yref: `y${suffix}` });
+      for (const [at, label] of chart.levels) {
+        if (!log || at > 0) this.levels.push({ at: moderate(at), label, log, yref: `y${suffix}` });
       }
     }
 
@@ -476,6 +476,14 @@
           showarrow: false, font: { size: 12, color: color("--ink") },
         };
       });
+    }
+
+    // Names of levels, at the right end of their lines.
+    levelNames() {
+      return this.levels.filter(({ label }) => label).map(({ at, label, log, yref }) => ({
+        x: 1, xref: "paper", xanchor: "right", y: log ? Math.log10(at) : at, yref, yanchor: "bottom", text: label,
+        showarrow: false, font: { size: 12, color: color("--ink") },
+      }));
     }
 
     follow() {
@@ -588,17 +596,20 @@
     }
 
     start() {
+      if (coarse.matches) this.readout.textContent = "Tap to read and pick values; the buttons zoom.";
       if (!this.map.values.some(Number.isFinite)) this.readout.textContent = "This picture has no values.";
       this.draw();
       this.listen();
     }
 
-    findPeak(level) {
+    // The largest cell off marked columns: what is known beforehand, as a reference against itself, is not the answer.
+    findPeak({ values, columns: count, x }) {
+      const columns = Math.max(count, 1);
+      const marked = x.marks.map((at) => Math.floor(((at - x.low) / (x.high - x.low)) * columns));
       let [best, at] = [-1, 0];
-      level.values.forEach((v, n) => {
-        if (Math.abs(v) > best) [best, at] = [Math.abs(v), n];
+      values.forEach((v, n) => {
+        if (Math.abs(v) > best && !marked.includes(n % columns)) [best, at] = [Math.abs(v), n];
       });
-      const columns = Math.max(level.columns, 1);
       return { row: Math.floor(at / columns), column: at % columns };
     }
 
@@ -815,9 +826,11 @@
       const bright = this.map.signed ? "#222222" : "#ffffff";
       const shapes = [];
       for (const axis of ["x", "y"]) {
-        const { mark, low, role } = this.map[axis];
-        if (mark !== null) shapes.push(lineShape(axis, mark, bright, "dash"));
-        if (mark !== null && low < 0) shapes.push(lineShape(axis, -mark, bright, "dash"));
+        const { marks, low, role } = this.map[axis];
+        for (const mark of marks) {
+          shapes.push(lineShape(axis, mark, bright, "dash"));
+          if (role === "wavenumber" && low < 0) shapes.push(lineShape(axis, -mark, bright, "dash"));
+        }
         if (role === "wavenumber" && low < 0) shapes.push(lineShape(axis, 0, bright, "dot"));
       }
       if (!this.isEmpty) {
@@ -872,7 +885,7 @@
         title: `at ${fixed.label} = ${at}`,
         xLabel: (upwards ? y : x).label,
         x: Float64Array.from({ length }, (_, n) => this.coordinate(this.along, n)),
-        charts: [{ label, log: this.log && !signed, mark: null, series }],
+        charts: [{ label, log: this.log && !signed, levels: [], series }],
         note: block ? ` ${block}` : "",
         along: this.along,
         map: this.map,

@@ -6,8 +6,8 @@ use wavecascade::Field;
 use wavecascade::analyze::{Request, plan, run};
 use wavecascade::field::OpenOptions;
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Format, Style, draw_all};
-use wavecascade::report::{Archive, Provenance, ResultDirectory, analysis_html};
+use wavecascade::plot::{Format, Style, figures_of, save_all};
+use wavecascade::report::{Archive, Provenance, ResultDirectory, sheet_html};
 use wavecascade::sheet::Describe;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -30,14 +30,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         analysis.content_hash.clone(),
     );
     directory.write("summary.json", sheet.summary(&provenance)?)?;
-    let page = analysis_html(&analysis, &sheet, &provenance, &Style::default())?;
+    let (name, style) = (&analysis.name, Style::default());
+    let page = sheet_html(&analysis, &sheet, name, &provenance, &style)?;
     directory.write("report.html", page)?;
-    draw_all(
-        &analysis,
-        &directory.path().join("figures"),
-        &[Format::Png],
-        &Style::default(),
-    )?;
+    let figures = figures_of(&analysis, &sheet, name, "analyze", &style);
+    save_all(&figures, &directory.path().join("figures"), &[Format::Png])?;
     let published = directory.publish()?;
 
     for entry in std::fs::read_dir(&published)? {

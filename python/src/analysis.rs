@@ -11,7 +11,7 @@ use wavecascade::chain::scene::{SceneSource, Setup};
 use wavecascade::field::{Axis, is_run_file};
 use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
-use wavecascade::report::{Provenance, analysis_html, describe_analysis};
+use wavecascade::report::{Provenance, describe_analysis, sheet_html};
 use wavecascade::sheet::{Describe, Warning};
 use wavecascade::{Error, Field};
 use wavecascade_system::threads::in_pool;
@@ -105,7 +105,10 @@ pub fn analyze<'py>(
     let summary = sheet.summary(&provenance).map_err(std::io::Error::from)?;
     out.set_item("summary", summary)?;
     out.set_item("warnings", warnings(py, &sheet.warnings)?)?;
-    let page = Page::new(move || analysis_html(&analysis, &sheet, &provenance, &Style::screen()));
+    let page = Page::new(move || {
+        let name = &analysis.name;
+        sheet_html(&analysis, &sheet, name, &provenance, &Style::screen())
+    });
     out.set_item("page", Bound::new(py, page)?)?;
     Ok(out)
 }

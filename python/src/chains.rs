@@ -13,9 +13,7 @@ use wavecascade::budget::Motion;
 use wavecascade::chain::scene::{SceneSource, Setting};
 use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
-use wavecascade::report::{
-    Provenance, RunFile, RunParts, budget_html, sheet_html, write_budget_arrays,
-};
+use wavecascade::report::{Provenance, RunFile, RunParts, sheet_html, write_budget_arrays};
 use wavecascade::sheet::Describe;
 use wavecascade::sweep::{Outcome, Part, Sweep, Swept, read};
 use wavecascade::{Error, Result};
@@ -182,9 +180,8 @@ pub fn budget<'py>(
         let warnings = sheet.warnings.clone();
         let name = name.file_stem().unwrap_or_default();
         let name = name.to_string_lossy().into_owned();
-        let page = Page::new(move || {
-            budget_html(&[(&name, &found)], &sheet, &provenance, &Style::screen())
-        });
+        let page =
+            Page::new(move || sheet_html(&found, &sheet, &name, &provenance, &Style::screen()));
         Ok((kept, summary, warnings, page))
     };
     let done = watch::run(py, progress.as_ref(), work)?;

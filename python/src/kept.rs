@@ -7,7 +7,7 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use wavecascade::arrays::{LargeArray, Precision, Sink};
-use wavecascade::report::{ArrayLabels, Attribute, LabelledArrays, NamedArrays};
+use wavecascade::report::{ArrayLabels, Attribute, LabelledArrays};
 use wavecascade::{Error, Result};
 
 /// All arrays of a result.
@@ -188,12 +188,5 @@ impl LabelledArrays for Kept {
 
     fn attribute(&self, name: &str, value: Attribute) {
         self.lock().attributes.push((name.to_owned(), value));
-    }
-}
-
-impl NamedArrays for Kept {
-    fn append(&self, name: &str, shape: &[usize], values: &[f64]) -> Result<()> {
-        self.add(name, Vec::new(), shape, values);
-        Ok(())
     }
 }

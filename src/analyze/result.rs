@@ -270,7 +270,6 @@ pub struct ShortTimeSpectra {
 
 impl ShortTimeSpectra {
     /// The largest value of all.
-    #[cfg(feature = "figures")]
     pub(crate) fn largest(&self) -> f64 {
         let values = self.spectra.iter().flat_map(|one| one.values.iter());
         values.copied().fold(0.0, f64::max)

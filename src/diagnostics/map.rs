@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use ndarray::Array2;
-
 use crate::unit::in_powers_of_ten;
 
 /// Largest number of cells of a map, `(rows, columns)`: the resolution of a page.
@@ -14,56 +12,6 @@ const FINE_NUMBERS: usize = 1 << 19;
 
 /// Most fine cells along an axis, and along the shorter one of two.
 const FINE_LIMIT: (usize, usize) = (4096, 512);
-
-/// A large array reduced by blocks for the eye: no sample is dropped.
-#[derive(Debug, Clone, Default)]
-pub struct Map {
-    /// `(rows, columns)`; row 0 is the lowest value of `y`.
-    pub values: Array2<f32>,
-    pub x: MapAxis,
-    pub y: MapAxis,
-    pub reduction: Reduction,
-    /// Least and largest value of each cell, if a cell is of more than one signed sample.
-    pub range: Option<[Array2<f32>; 2]>,
-    /// What the values are, with unit, for the colour scale's label.
-    pub label: String,
-    /// The part within the display limits in finer cells, in the same units; `None` where the map
-    /// itself is as fine and ends there.
-    pub detail: Option<Box<Map>>,
-}
-
-impl Map {
-    /// What figures show: the part within the display limits.
-    pub fn shown(&self) -> &Map {
-        self.detail.as_deref().unwrap_or(self)
-    }
-}
-
-/// An axis of a [`Map`]: cell edges from `low` to `high`, evenly divided.
-#[derive(Debug, Clone, Default)]
-pub struct MapAxis {
-    pub label: String,
-    pub low: f64,
-    pub high: f64,
-}
-
-/// How many samples share a cell, and what of them is shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reduction {
-    /// The largest value of each block.
-    Max { rows: usize, columns: usize },
-    /// The value of largest magnitude of each block, with its sign.
-    Extreme { rows: usize, columns: usize },
-}
-
-impl Default for Reduction {
-    fn default() -> Self {
-        Reduction::Extreme {
-            rows: 1,
-            columns: 1,
-        }
-    }
-}
 
 /// What of a block is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,8 +6,9 @@ use std::ops::Range;
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, Array3, ArrayView2, Axis, azip, s};
 
-use super::map::{Keep, MAP_LIMIT, Map, MapAxis, Part, PowerOfTen, Reduction, block_size};
+use super::map::{Keep, MAP_LIMIT, Part, PowerOfTen, block_size};
 use crate::numeric::lanes::{Lanes, SimdKernel, widest};
+use crate::sheet::{Map, MapAxis, Reduction};
 
 /// Collects blocks of a `(rows, columns)` array into at most `limit` cells a side.
 ///

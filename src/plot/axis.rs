@@ -15,31 +15,6 @@ pub(super) struct PlotAxis {
     pub second: Option<(String, f64)>,
 }
 
-/// The range of a linear axis that shows all of `values`, and zero.
-pub fn around(values: impl Iterator<Item = f64>) -> Range<f64> {
-    let (low, high) = values
-        .filter(|v| v.is_finite())
-        .fold((0.0f64, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
-    let room = 0.04 * (high - low);
-    let below = if low < 0.0 { room } else { 0.0 };
-    match high - low {
-        0.0 => 0.0..1.0,
-        _ => low - below..high + room,
-    }
-}
-
-/// The range of a logarithmic axis that shows the positive `values` within `decades` of the largest.
-pub(super) fn log_around(values: impl Iterator<Item = f64>, decades: f64) -> Range<f64> {
-    let positive = values.filter(|v| v.is_finite() && *v > 0.0);
-    let (low, high) = positive.fold((f64::INFINITY, 0.0f64), |(low, high), v| {
-        (low.min(v), high.max(v))
-    });
-    match high > 0.0 {
-        true => (low / 1.5).max(high * 10f64.powf(-decades))..high * 1.5,
-        false => 0.1..1.0,
-    }
-}
-
 impl PlotAxis {
     /// A linear axis; an empty or undefined range is widened to one unit.
     pub fn linear(label: &str, low: f64, high: f64) -> Self {
@@ -108,19 +83,5 @@ impl PlotAxis {
 
     fn notation(&self) -> Notation {
         Notation::of(self.low, self.high)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn one_node_does_not_stretch_a_logarithmic_axis() {
-        let range = |values: &[f64]| log_around(values.iter().copied(), 8.0);
-        let node = range(&[1.0, 1e-32, 0.2, f64::NAN, 0.0]);
-        assert!((node.start / 1e-8 - 1.0).abs() < 1e-12 && node.end == 1.5);
-        assert_eq!(range(&[1.0, 0.3]), 0.3 / 1.5..1.5);
-        assert_eq!(range(&[0.0]), 0.1..1.0);
     }
 }

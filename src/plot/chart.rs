@@ -6,7 +6,7 @@ use super::legend::{self, Entry, Stroke};
 use super::panel::{Margins, Panel};
 use super::scene::{Color, FAINT, Rect, Scene};
 use super::uprights;
-use crate::sheet::{Band, Chart, Look, Marker, PALETTE, Series};
+use crate::sheet::{Band, Chart, Look, Marker, PALETTE, Series, Weight};
 
 /// Symbols of points, one a round through the palette.
 const SYMBOLS: [Marker; 4] = [
@@ -59,6 +59,16 @@ impl Series {
         PALETTE[self.colour % PALETTE.len()]
     }
 
+    /// Of the line.
+    fn width(&self) -> f64 {
+        match self.weight {
+            Weight::Thin => 1.4,
+            Weight::Normal => 2.4,
+            Weight::Bold => 3.6,
+            Weight::Gap => 5.0,
+        }
+    }
+
     /// The symbol of each point in a frame of this width.
     fn symbol(&self, width: f64) -> Option<Marker> {
         let round = self.colour / PALETTE.len();
@@ -84,7 +94,7 @@ impl Series {
             label: self.label.clone(),
             color: self.color(),
             stroke: self.stroke(),
-            width: self.width,
+            width: self.width(),
             marker: self.symbol(width),
         }
     }
@@ -100,15 +110,15 @@ impl Series {
                     _ if curve::is_a_dot(&path) => {
                         legend::draw_marker(scene, Marker::Circle, path[0], color);
                     }
-                    Look::Dashed => scene.dashed_path(&path, color, self.width),
-                    _ => scene.line(path, color, self.width),
+                    Look::Dashed => scene.dashed_path(&path, color, self.width()),
+                    _ => scene.line(path, color, self.width()),
                 }
             }
         }
         for (point, error) in self.points.iter().zip(&self.errors) {
             let ends = [point.1 - error, point.1 + error];
             for bar in curve::paths(&ends.map(|y| (point.0, y)), panel) {
-                scene.line(bar, color, self.width);
+                scene.line(bar, color, self.width());
             }
         }
         let Some(symbol) = symbol else { return };

@@ -1,14 +1,12 @@
 //! Heat maps and their colour bars.
 
-use std::ops::Range;
-
-use ndarray::{Array2, ArrayView2};
+use ndarray::ArrayView2;
 
 use super::font;
 use super::panel::{self, EDGE, LABEL_SIZE, LINE, LabelSide, Panel, TICK_SIZE, label_upright};
 use super::scale::{ColorScale, NO_VALUE};
 use super::scene::{Anchor, Color, INK, Image, Mark, Rect, Scene};
-use crate::analyze::{Map, Reduction};
+use crate::sheet::{Map, Reduction, block_extremes, blocks_of};
 
 /// Most rows and columns of cells in a picture, so that an SVG of noise stays below 500 kB.
 const MOST_CELLS: (usize, usize) = (400, 600);
@@ -18,8 +16,7 @@ pub(super) fn draw<T>(scene: &mut Scene, panel: &Panel, values: ArrayView2<T>, s
 where
     T: Copy + Into<f64>,
 {
-    let (most_rows, most_columns) = most_cells(&panel.rect);
-    let blocks = block_extremes(values, most_rows, most_columns);
+    let blocks = block_extremes(values, most_cells(&panel.rect));
     let (rows, columns) = blocks.dim();
     if rows == 0 || columns == 0 {
         return;
@@ -108,11 +105,6 @@ pub(super) fn draw_signed(scene: &mut Scene, panel: &Panel, map: &Map, scale: &C
     (image.palette, image.cells) = (palette, cells);
 }
 
-/// Indices of the values of block `index` of `blocks`, as even as whole values allow.
-fn block(index: usize, values: usize, blocks: usize) -> Range<usize> {
-    index * values / blocks..(index + 1) * values / blocks
-}
-
 /// A cell is no smaller than a unit, so that none is lost between pixels.
 fn most_cells(rect: &Rect) -> (usize, usize) {
     (
@@ -126,76 +118,6 @@ pub(super) fn cell_of(rect: &Rect, (rows, columns): (usize, usize)) -> (usize, u
     let (most_rows, most_columns) = most_cells(rect);
     let of = |values: usize, most: usize| values.div_ceil(values.clamp(1, most));
     (of(rows, most_rows), of(columns, most_columns))
-}
-
-/// Lines that say `what` of how many samples each cell shows; none if of one.
-pub(super) fn reduction_note(
-    what: &str,
-    (rows, columns): (usize, usize),
-    room: f64,
-) -> Vec<String> {
-    if rows * columns <= 1 {
-        return Vec::new();
-    }
-    let text =
-        format!("each cell: {what} among up to {rows} (vertical) × {columns} (horizontal) samples");
-    font::wrap(&text, TICK_SIZE, room)
-}
-
-/// A note, if there is one, in lines that fit.
-pub(super) fn wrapped(note: Option<&str>, room: f64) -> Vec<String> {
-    note.map_or(Vec::new(), |text| font::wrap(text, TICK_SIZE, room))
-}
-
-/// What a note of so many lines takes.
-pub(super) fn note_height(lines: usize) -> f64 {
-    match lines {
-        0 => 0.0,
-        lines => 1.25 * TICK_SIZE * lines as f64 + 10.0,
-    }
-}
-
-/// The value of largest magnitude of each block, at most `most_rows` by `most_columns` of them.
-///
-/// Blocks are as even as whole samples allow; one is NaN only where all its values are.
-pub(crate) fn block_extremes<T>(
-    values: ArrayView2<T>,
-    most_rows: usize,
-    most_columns: usize,
-) -> Array2<f64>
-where
-    T: Copy + Into<f64>,
-{
-    let (rows, columns) = values.dim();
-    let shape = (rows.min(most_rows), columns.min(most_columns));
-    blocks_of(values, shape, f64::NAN, |most: f64, value| {
-        let value: f64 = value.into();
-        match most.is_nan() || value.abs() > most.abs() {
-            true => value,
-            false => most,
-        }
-    })
-}
-
-/// A fold over each of so many blocks, row by row.
-fn blocks_of<T: Copy, R: Copy>(
-    values: ArrayView2<T>,
-    shape: (usize, usize),
-    start: R,
-    fold: impl Fn(R, T) -> R,
-) -> Array2<R> {
-    let (rows, columns) = values.dim();
-    let spans: Vec<Range<usize>> = (0..shape.1).map(|j| block(j, columns, shape.1)).collect();
-    let mut out = Array2::from_elem(shape, start);
-    for (i, mut cells) in out.rows_mut().into_iter().enumerate() {
-        for row in block(i, rows, shape.0) {
-            let row = values.row(row);
-            for (cell, span) in cells.iter_mut().zip(&spans) {
-                *cell = span.clone().fold(*cell, |found, j| fold(found, row[j]));
-            }
-        }
-    }
-    out
 }
 
 /// Where a colour bar is.
@@ -389,8 +311,9 @@ mod tests {
     /// A wave of three samples a period, thinned tenfold: drawn by its extremes it would beat.
     #[test]
     fn cells_of_both_signs_are_grey_and_do_not_beat() {
-        use crate::analyze::MapAxis;
         use crate::plot::{Style, axis::PlotAxis};
+        use crate::sheet::MapAxis;
+        use ndarray::Array2;
         let at = |n: usize| (std::f32::consts::PI * 0.7 * n as f32).cos();
         let cell = |i: usize, of: fn(f32, f32) -> f32| (10 * i..10 * i + 10).map(at).reduce(of);
         let column = |of: fn(f32, f32) -> f32| {
@@ -460,15 +383,5 @@ mod tests {
         map.range = None;
         let (any, colored) = colors(&map);
         assert!(!any && colored.iter().any(|[r, _, b]| r != b));
-    }
-
-    #[test]
-    fn blocks_keep_the_extremes() {
-        let values = ndarray::array![[1.0, -5.0, f64::NAN], [2.0, 3.0, f64::NAN]];
-        assert_eq!(
-            block_extremes(values.view(), 1, 2),
-            ndarray::array![[2.0, -5.0]]
-        );
-        assert!(block_extremes(values.view(), 2, 3)[[1, 2]].is_nan());
     }
 }

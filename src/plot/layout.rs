@@ -1,14 +1,19 @@
 //! The layout of a figure: charts and maps in rows, with aligned frames and a common legend.
 
+use rayon::prelude::*;
+
 use super::Figure;
-use super::figures::PASSES;
 use super::font;
+use super::heat::BarSide;
+use super::heat_chart::Legend;
 use super::legend::{self, Entry};
 use super::panel::{self, EDGE, LABEL_SIZE, LINE, Margins, TICK_SIZE};
 use super::scene::{Anchor, Rect, Scene};
 use super::style::Style;
-use crate::sheet::{Describe, Plot, PlotRow, Sheet};
+use crate::sheet::{Describe, FigureLayout, HeatChart, Plot, PlotRow, Sheet};
 
+/// Passes of a layout.
+const PASSES: usize = 3;
 /// Narrowest cell of a row; rows of more cells are broken.
 const NARROWEST: f64 = 420.0;
 /// Between two cells, and below a row.
@@ -17,13 +22,6 @@ const GAP: f64 = 18.0;
 const LOWEST: f64 = 100.0;
 
 impl Plot {
-    fn title(&self) -> &str {
-        match self {
-            Plot::Chart(chart) => &chart.title,
-            Plot::Map(map) => &map.title,
-        }
-    }
-
     fn entries(&self, width: f64) -> Vec<Entry> {
         match self {
             Plot::Chart(chart) => chart.entries(width),
@@ -31,49 +29,29 @@ impl Plot {
         }
     }
 
-    fn margins(&self, rect: Rect, names_x: bool) -> Margins {
+    fn margins(&self, rect: Rect, names_x: bool, bar: Option<BarSide>, style: &Style) -> Margins {
         match self {
             Plot::Chart(chart) => chart.margins(rect, names_x),
-            Plot::Map(map) => map.margins(rect, names_x),
+            Plot::Map(map) => map.margins(rect, names_x, bar, style),
         }
     }
 
-    fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool) {
+    fn not_shown(&self) -> Option<&String> {
+        match self {
+            Plot::Chart(chart) => chart.not_shown.as_ref(),
+            Plot::Map(map) => map.not_shown.as_ref(),
+        }
+    }
+
+    fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool, bar: Option<BarSide>) {
         match self {
             Plot::Chart(chart) => chart.draw(scene, rect, names_x),
-            Plot::Map(map) => map.draw(scene, rect, names_x),
+            Plot::Map(map) => map.draw(scene, rect, names_x, bar),
         }
     }
-}
-
-/// Rows of plots under a heading. Frames in rows of as many cells are aligned; names that all charts
-/// have in common are given once, above.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct FigureLayout {
-    pub title: String,
-    /// Name of the data, beside the title; may be empty.
-    pub data: String,
-    pub rows: Vec<PlotRow>,
-    /// Paragraphs below the plots.
-    pub notes: Vec<String>,
-    /// Whether only the lowest row names the horizontal axis.
-    pub shared_x: bool,
 }
 
 impl FigureLayout {
-    /// Plots in rows of `columns`.
-    pub fn grid(
-        title: impl Into<String>,
-        columns: usize,
-        plots: impl IntoIterator<Item = impl Into<Plot>>,
-    ) -> FigureLayout {
-        FigureLayout {
-            title: title.into(),
-            rows: PlotRow::grid(columns, plots),
-            ..FigureLayout::default()
-        }
-    }
-
     /// The figure, laid out by a style.
     pub fn figure(&self, name: &'static str, style: &Style) -> Figure {
         let title = match self.data.is_empty() {
@@ -82,27 +60,36 @@ impl FigureLayout {
         };
         let mut scene = Scene::new(&title, style, 0.0);
         let top = panel::heading(&mut scene, &self.title, &self.data);
-        Layout::of(self, scene.width, top).draw(&mut scene);
+        Layout::of(self, &scene.style.clone(), scene.width, top).draw(&mut scene);
         Figure { name, scene }
     }
 }
 
-/// The figure of a result with the name `data`, called `name`.
-pub fn figure_of(
+/// The figures of a result with the name `data`; one without a name of its own is called `name`.
+pub fn figures_of(
     found: &dyn Describe,
     sheet: &Sheet,
     data: &str,
     name: &'static str,
     style: &Style,
-) -> Figure {
-    let layout = FigureLayout {
-        title: sheet.title.clone(),
-        data: data.into(),
-        rows: found.pictures(),
-        notes: vec![sheet.note.clone()],
-        shared_x: false,
+) -> Vec<Figure> {
+    let mut layouts = found.figures();
+    layouts.retain(|layout| !layout.is_on_page_only);
+    let draw = |layout: FigureLayout| {
+        let is_named = !layout.name.is_empty();
+        let notes = layout.notes.into_iter();
+        let layout = FigureLayout {
+            title: match layout.title.is_empty() {
+                true => sheet.title.clone(),
+                false => layout.title,
+            },
+            data: data.into(),
+            notes: notes.chain([sheet.note.clone()]).collect(),
+            ..layout
+        };
+        layout.figure(if is_named { layout.name } else { name }, style)
     };
-    layout.figure(name, style)
+    layouts.into_par_iter().map(draw).collect()
 }
 
 /// What a row takes: above its frames, and beside them.
@@ -115,15 +102,15 @@ struct MeasuredRow {
 
 struct Layout<'a> {
     figure: &'a FigureLayout,
+    style: &'a Style,
     rows: Vec<PlotRow>,
     width: f64,
     top: f64,
     common: Vec<Entry>,
-    notes: Vec<String>,
 }
 
 impl<'a> Layout<'a> {
-    fn of(figure: &'a FigureLayout, width: f64, top: f64) -> Self {
+    fn of(figure: &'a FigureLayout, style: &'a Style, width: f64, top: f64) -> Self {
         let most = ((width / NARROWEST) as usize).max(1);
         let rows: Vec<PlotRow> = figure
             .rows
@@ -135,13 +122,11 @@ impl<'a> Layout<'a> {
                     .collect(),
             })
             .collect();
-        let notes = figure.notes.iter();
-        let notes = notes.flat_map(|note| font::wrap(note, TICK_SIZE, width - 4.0 * EDGE));
         Layout {
             common: common(&rows, width),
             rows,
-            notes: notes.collect(),
             figure,
+            style,
             width,
             top,
         }
@@ -158,6 +143,27 @@ impl<'a> Layout<'a> {
         !self.figure.shared_x || index + 1 == self.rows.len()
     }
 
+    /// Maps that share their colours, where all plots do.
+    fn sharing(&self) -> Vec<&HeatChart> {
+        let plots = self.rows.iter().flat_map(|row| &row.plots);
+        let maps: Option<Vec<&HeatChart>> = plots.map(Plot::as_map).collect();
+        let mut maps = maps.unwrap_or_default();
+        let is_shared = |map: &&HeatChart| map.shared.is_some() && map.shared == maps[0].shared;
+        if maps.len() < 2 || !maps.iter().all(is_shared) {
+            maps.clear();
+        }
+        maps
+    }
+
+    /// Where maps have their colour bars; if they share it, it is below the last row.
+    fn bar(&self) -> Option<BarSide> {
+        let side = match self.style.is_narrow() {
+            true => BarSide::Below,
+            false => BarSide::Right,
+        };
+        self.sharing().is_empty().then_some(side)
+    }
+
     /// Margins of frames of these heights, equal where rows have as many cells.
     fn margins(&self, heights: &[f64]) -> Vec<Margins> {
         let own: Vec<Margins> = (self.rows.iter().enumerate())
@@ -170,7 +176,7 @@ impl<'a> Layout<'a> {
                     bottom: heights[index],
                 };
                 let all = row.plots.iter();
-                all.map(|plot| plot.margins(rect, self.names_x(index)))
+                all.map(|plot| plot.margins(rect, self.names_x(index), self.bar(), self.style))
                     .fold(Margins::default(), Margins::max)
             })
             .collect();
@@ -205,22 +211,30 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// What rows take, and the height of the figure. Frames decide how labels break, and these what is
-    /// left for the frames.
-    fn measure(&self, style: &Style) -> (Vec<MeasuredRow>, f64) {
+    /// What rows take, and the height of the figure. Frames decide how labels break and how many ticks there are, and
+    /// these what is left for the frames.
+    fn measure(&self) -> (Vec<MeasuredRow>, f64) {
         let mut heights: Vec<f64> = self.rows.iter().map(|row| 220.0 * row.height).collect();
-        let mut found = self.measure_with(style, &heights);
+        let mut found = self.measure_with(&heights, None);
         for _ in 1..PASSES {
             for (height, row) in heights.iter_mut().zip(&found.0) {
-                *height = height.min(row.frame);
+                *height = row.frame;
             }
-            found = self.measure_with(style, &heights);
+            found = self.measure_with(&heights, Some(&found.0));
         }
         found
     }
 
-    fn measure_with(&self, style: &Style, heights: &[f64]) -> (Vec<MeasuredRow>, f64) {
-        let usual = |row: &PlotRow, width: f64| (0.62 * width).clamp(LOWEST, 370.0) * row.height;
+    /// With the notes of frames as they were `before`.
+    fn measure_with(
+        &self,
+        heights: &[f64],
+        before: Option<&[MeasuredRow]>,
+    ) -> (Vec<MeasuredRow>, f64) {
+        let usual = |row: &PlotRow, width: f64| {
+            let most = (370.0 * row.height).max(LOWEST);
+            (0.62 * width * row.height.min(1.0)).clamp(LOWEST, most)
+        };
         let margins = self.margins(heights);
         let mut rows: Vec<MeasuredRow> = (self.rows.iter().zip(margins))
             .map(|(row, margins)| {
@@ -239,10 +253,18 @@ impl<'a> Layout<'a> {
             .sum();
         let (_, room) = self.common_place(&rows);
         let common = legend::height(&self.common, room);
-        let foot = 1.25 * TICK_SIZE * self.notes.len() as f64 + EDGE;
-        let fixed = self.top + common + beside + foot;
+        let notes = self.notes(before.unwrap_or(&rows)).len();
+        let foot = 1.25 * TICK_SIZE * notes as f64 + EDGE;
+        let bar = Legend::of(&self.sharing(), self.style);
+        let bar = bar.map_or(0.0, |of| {
+            let length = self.frames(&rows, 0.0).width();
+            of.bar().extent(BarSide::Below, length)
+        });
+        let fixed = self.top + common + beside + bar + foot;
         let frames: f64 = rows.iter().map(|row| row.frame).sum();
-        let total = style.rows(fixed + frames, fixed + LOWEST * rows.len() as f64);
+        let total = self
+            .style
+            .rows(fixed + frames, fixed + LOWEST * rows.len() as f64);
         for row in &mut rows {
             row.frame *= (total - fixed) / frames;
         }
@@ -250,8 +272,7 @@ impl<'a> Layout<'a> {
     }
 
     fn draw(&self, scene: &mut Scene) {
-        let style = scene.style;
-        let (rows, total) = self.measure(&style);
+        let (rows, total) = self.measure();
         scene.height = total;
         let (left, room) = self.common_place(&rows);
         legend::draw(scene, (left, self.top), room, &self.common);
@@ -259,20 +280,67 @@ impl<'a> Layout<'a> {
         for (index, (row, measured)) in self.rows.iter().zip(&rows).enumerate() {
             let frame_top = top + measured.above + measured.margins.top;
             for (column, plot) in row.plots.iter().enumerate() {
-                let (left, right) = self.cell(row, column);
-                let rect = Rect {
-                    left: left + measured.margins.left,
-                    top: frame_top,
-                    right: right - measured.margins.right,
-                    bottom: frame_top + measured.frame,
-                };
+                let rect = self.frame(row, measured, column, frame_top);
                 self.draw_head(scene, plot, (top, top + measured.above), rect);
-                plot.draw(scene, rect, self.names_x(index));
+                plot.draw(scene, rect, self.names_x(index), self.bar());
             }
             top = frame_top + measured.frame + measured.margins.bottom + GAP;
         }
+        if let Some(of) = Legend::of(&self.sharing(), self.style) {
+            let frames = self.frames(&rows, top - GAP);
+            of.bar().draw(scene, frames, BarSide::Below, 0.0);
+            top += of.bar().extent(BarSide::Below, frames.width());
+        }
         let at = (2.0 * EDGE, top + 0.5 * TICK_SIZE);
-        scene.lines(&self.notes, at, TICK_SIZE, Anchor::Start);
+        scene.lines(&self.notes(&rows), at, TICK_SIZE, Anchor::Start);
+    }
+
+    fn frame(&self, row: &PlotRow, measured: &MeasuredRow, column: usize, top: f64) -> Rect {
+        let (left, right) = self.cell(row, column);
+        Rect {
+            left: left + measured.margins.left,
+            top,
+            right: right - measured.margins.right,
+            bottom: top + measured.frame,
+        }
+    }
+
+    /// From the first frame of the first row to its last, down to `bottom`.
+    fn frames(&self, rows: &[MeasuredRow], bottom: f64) -> Rect {
+        let [first, last] = [0, self.rows[0].columns - 1]
+            .map(|column| self.frame(&self.rows[0], &rows[0], column, 0.0));
+        Rect {
+            right: last.right,
+            bottom,
+            ..first
+        }
+    }
+
+    /// Lines that say what is not shown, and of how many samples a cell is at most.
+    fn notes(&self, rows: &[MeasuredRow]) -> Vec<String> {
+        let mut notes = self.figure.notes.clone();
+        let mut reduced: Option<(&str, [usize; 2])> = None;
+        for (row, measured) in self.rows.iter().zip(rows) {
+            for plot in &row.plots {
+                notes.extend(plot.not_shown().cloned());
+                if let Plot::Map(map) = plot {
+                    let (what, cell) = map.cell(&self.frame(row, measured, 0, 0.0));
+                    let most = reduced.map_or([1, 1], |(_, most)| most);
+                    reduced = Some((what, [0, 1].map(|side| cell[side].max(most[side]))));
+                }
+            }
+        }
+        notes.dedup();
+        if let Some((what, [rows, columns])) = reduced.filter(|(_, cell)| *cell != [1, 1]) {
+            notes.push(format!(
+                "each cell: {what} among up to {rows} (vertical) × {columns} (horizontal) samples"
+            ));
+        }
+        let room = self.width - 4.0 * EDGE;
+        let lines = notes.iter().filter(|note| !note.is_empty());
+        lines
+            .flat_map(|note| font::wrap(note, TICK_SIZE, room))
+            .collect()
     }
 
     /// The left end of the common legend, where the first frame begins, and its width.

@@ -20,7 +20,7 @@ pub(super) enum Stroke {
     Nothing,
 }
 
-/// A name with what it names; without a sample, words alone.
+/// A name with what it names.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Entry {
     pub label: String,
@@ -57,31 +57,15 @@ impl Entry {
         }
     }
 
-    pub fn words(label: &str) -> Entry {
-        Entry {
-            stroke: Stroke::Nothing,
-            ..Entry::line(label, INK)
-        }
-    }
-
-    fn is_words(&self) -> bool {
-        self.stroke == Stroke::Nothing && self.marker.is_none()
-    }
-
-    /// What the sample takes left of the label.
-    fn sample(&self) -> f64 {
-        if self.is_words() { 0.0 } else { SAMPLE + 8.0 }
-    }
-
     /// The label in lines that fit beside the sample.
     fn lines(&self, room: f64) -> Vec<String> {
-        font::wrap(&self.label, TICK_SIZE, room - self.sample())
+        font::wrap(&self.label, TICK_SIZE, room - SAMPLE - 8.0)
     }
 
     fn width(&self, room: f64) -> f64 {
         let widths = self.lines(room).into_iter();
         let widths = widths.map(|line| font::width(&line, TICK_SIZE));
-        self.sample() + widths.fold(0.0, f64::max)
+        SAMPLE + 8.0 + widths.fold(0.0, f64::max)
     }
 }
 
@@ -139,7 +123,7 @@ fn draw_entry(scene: &mut Scene, entry: &Entry, (x, y): (f64, f64), room: f64) {
     if let Some(marker) = entry.marker {
         draw_marker(scene, marker, (x + 0.5 * SAMPLE, y), entry.color);
     }
-    let at = (x + entry.sample(), y);
+    let at = (x + SAMPLE + 8.0, y);
     scene.lines(&entry.lines(room), at, TICK_SIZE, Anchor::Start);
 }
 

@@ -1,35 +1,27 @@
 //! Figures from results, as PNG and SVG; computes nothing.
 //!
-//! Each figure is a function of results and a [`Style`]; it gives `None` if a result was not requested.
-//! [`draw_all`] draws and writes all of them. They are drawn by [`plotters`] on a [`Canvas`], which
-//! also serves your own charts.
+//! [`figures_of`] draws the figures of a [described](crate::sheet::Describe) result in a [`Style`], [`save_all`] writes
+//! them. They are drawn by [`plotters`] on a [`Canvas`], which also serves your own charts.
 
 mod axis;
 mod bitmap;
-mod budget;
 mod canvas;
 mod chart;
 mod curve;
 mod dispersion;
-mod figures;
 mod font;
-mod grid;
 mod heat;
 mod heat_chart;
-pub(crate) mod labels;
 mod layout;
 mod legend;
 mod painter;
 mod panel;
-mod redistribution;
 mod scale;
 mod scene;
-mod short;
 mod style;
 mod svg;
 mod ticks;
 mod uprights;
-mod views;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -37,31 +29,16 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 pub use crate::sheet::{
-    Band, Chart, Colors, Curve, HeatChart, Level, Look, Mark, Marker, PALETTE, Plot, PlotRow, Role,
-    Series, extent,
+    Band, Chart, Colors, Curve, FigureLayout, HeatChart, Level, Look, Mark, Marker, PALETTE, Plot,
+    PlotRow, Role, Series, around, extent, magnitudes, ordinary,
 };
-pub use axis::around;
-pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
-pub use figures::{
-    flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
-};
-pub use grid::{Colours, Tile, map_grid};
-pub use layout::{FigureLayout, figure_of};
+pub use layout::figures_of;
 pub use plotters;
-pub use redistribution::{along_t, along_x};
-pub use short::{short_space, short_time};
 pub use style::{Colormap, Depth, Style};
-pub use views::views;
 
-pub(crate) use budget::ordinary;
-pub(crate) use figures::MAPS;
-pub(crate) use heat::block_extremes;
-pub(crate) use redistribution::Content;
 pub(crate) use scale::{ColorScale, DECADES};
-pub(crate) use short::{Short, within};
 
-use crate::analyze::Analysis;
 use crate::{Error, Result};
 
 /// A file format of figures.
@@ -123,39 +100,10 @@ impl Figure {
     }
 }
 
-/// Draws every figure whose result is present into `dir`, in parallel; returns the paths written,
-/// in a fixed order.
-///
-/// # Errors
-/// The first of [`Figure::save`]'s errors; [`Error::Write`] if `dir` cannot be made.
-pub fn draw_all(
-    analysis: &Analysis,
-    dir: &Path,
-    formats: &[Format],
-    style: &Style,
-) -> Result<Vec<PathBuf>> {
-    let figures: [fn(&Analysis, &Style) -> Option<Figure>; 9] = [
-        space_time,
-        temporal_spectrum,
-        spatial_spectrum,
-        spacetime_spectrum,
-        along_x,
-        along_t,
-        short_time,
-        short_space,
-        flux_surrogate,
-    ];
-    let figures: Vec<Figure> = figures
-        .par_iter()
-        .filter_map(|draw| draw(analysis, style))
-        .collect();
-    save_all(&figures, dir, formats)
-}
-
 /// Writes figures into `dir`, in parallel; returns the paths written, in order.
 ///
 /// # Errors
-/// As [`draw_all`].
+/// The first of [`Figure::save`]'s errors; [`Error::Write`] if `dir` cannot be made.
 pub fn save_all(figures: &[Figure], dir: &Path, formats: &[Format]) -> Result<Vec<PathBuf>> {
     fs::create_dir_all(dir).map_err(Error::write("make the directory", dir))?;
     let each = |figure| formats.iter().map(move |format| (figure, *format));

@@ -33,16 +33,6 @@ impl Margins {
             bottom: self.bottom.max(other.bottom),
         }
     }
-
-    /// What they leave of a cell.
-    pub fn inside(&self, cell: Rect) -> Rect {
-        Rect {
-            left: cell.left + self.left,
-            top: cell.top + self.top,
-            right: cell.right - self.right,
-            bottom: cell.bottom - self.bottom,
-        }
-    }
 }
 
 /// Where values land in the figure.

@@ -1,8 +1,8 @@
-//! Vertical lines through a frame, with their names above it.
+//! Vertical lines through a frame, with their names above it, or inside where an axis is above.
 
 use super::font;
 use super::legend::ROW;
-use super::panel::{Panel, TICK_SIZE};
+use super::panel::{self, Panel, TICK_SIZE};
 use super::scene::{Anchor, Color, Scene};
 use crate::sheet::Mark;
 
@@ -11,8 +11,17 @@ const GAP: f64 = 8.0;
 
 /// What the names take above a frame.
 pub(super) fn height(marks: &[Mark], panel: &Panel) -> f64 {
-    let rows = places(marks, panel).map(|placed| placed.row + 1);
+    if is_inside(panel) {
+        return 0.0;
+    }
+    let named = marks.iter().zip(places(marks, panel));
+    let named = named.filter(|(mark, _)| !mark.label.is_empty());
+    let rows = named.map(|(_, placed)| placed.row + 1);
     rows.max().map_or(0.0, |rows| ROW * rows as f64 + 6.0)
+}
+
+fn is_inside(panel: &Panel) -> bool {
+    panel.x.second.is_some()
 }
 
 /// Draws the lines and their names.
@@ -24,9 +33,14 @@ pub(super) fn draw(scene: &mut Scene, marks: &[Mark], panel: &Panel, color: Colo
         }
         let ends = [(placed.line, rect.bottom), (placed.line, rect.top)];
         scene.dashed_path(&ends, color, 1.2);
-        let y = rect.top - ROW * (placed.row as f64 + 0.5) - 2.0;
-        let at = (placed.left, y);
-        scene.text(&mark.label[..], at, TICK_SIZE, Anchor::Start);
+        let beyond = ROW * (placed.row as f64 + 0.5) + 2.0;
+        let y = match is_inside(panel) {
+            true => rect.top + beyond,
+            false => rect.top - beyond,
+        };
+        if !mark.label.is_empty() {
+            panel::note(scene, &mark.label, (placed.left, y), Anchor::Start);
+        }
     }
 }
 

@@ -31,21 +31,6 @@ struct ArchiveState {
     end: u64,
 }
 
-/// Takes arrays by their names: a file ([`Archive`]), or memory.
-pub trait NamedArrays {
-    /// Takes an array, row-major.
-    ///
-    /// # Errors
-    /// If it cannot be kept.
-    fn append(&self, name: &str, shape: &[usize], values: &[f64]) -> Result<()>;
-}
-
-impl NamedArrays for Archive {
-    fn append(&self, name: &str, shape: &[usize], values: &[f64]) -> Result<()> {
-        Archive::append(self, name, shape, values)
-    }
-}
-
 /// One array's place in the file.
 #[derive(Debug, Clone)]
 struct ArchiveEntry {

@@ -2,13 +2,13 @@
 
 use serde_json::Value;
 
-use super::netcdf::{ArrayLabels, Attribute, NetCdf};
+use super::netcdf::{ArrayLabels, Attribute};
 use crate::analyze::Analysis;
 use crate::analyze::labels::Power;
 use crate::error::Result;
 use crate::unit;
 
-/// Takes arrays with their labels, and values that belong to all of them: a file ([`NetCdf`]), or memory.
+/// Takes arrays with their labels, and values that belong to all of them: a file ([`NetCdf`](super::NetCdf)), or memory.
 pub trait LabelledArrays {
     /// Takes an array, row-major.
     ///
@@ -21,20 +21,6 @@ pub trait LabelledArrays {
 
     /// Adds a value that belongs to all arrays.
     fn attribute(&self, name: &str, value: Attribute);
-}
-
-impl LabelledArrays for NetCdf {
-    fn append(&self, labels: &ArrayLabels, values: &[f64]) -> Result<()> {
-        NetCdf::append(self, labels, values)
-    }
-
-    fn describe(&self, array: &str, attributes: Vec<(&str, Attribute)>) {
-        NetCdf::describe(self, array, attributes);
-    }
-
-    fn attribute(&self, name: &str, value: Attribute) {
-        NetCdf::attribute(self, name, value);
-    }
 }
 
 /// Adds units to the large arrays of an analysis, which went to the [`Sink`], and conventions, residuals and provenance

@@ -5,11 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 use super::directory::{holds_result, names as names_in, read_text};
 use super::{Headlines, MovedShares, write_beside};
 use crate::error::{Error, Result};
-use crate::moved::Verdict;
+use crate::sheet::Table;
 use crate::system::publish::{is_working_name, remove_abandoned};
 
 /// Version of the layout of `index.json`.
@@ -304,86 +305,45 @@ pub fn verdicts_in_words(rows: &[FieldRow]) -> (String, String) {
     (all, counted.collect::<Vec<_>>().join(", "))
 }
 
+/// Columns of the table, and where in a row of the index each has its value.
+const COLUMNS: [(&str, &str); 24] = [
+    ("field", "/field"),
+    ("name", "/name"),
+    ("times", "/headlines/times"),
+    ("sites", "/headlines/sites"),
+    ("frequency_unit", "/headlines/frequency/unit"),
+    ("frequency_verdict", "/headlines/frequency/verdict"),
+    ("frequency_up", "/headlines/frequency/up"),
+    ("frequency_up_at", "/headlines/frequency/up_at"),
+    ("frequency_down", "/headlines/frequency/down"),
+    ("frequency_down_at", "/headlines/frequency/down_at"),
+    ("frequency_transfer", "/headlines/frequency/transfer"),
+    ("energy_ratio", "/headlines/energy_ratio"),
+    ("from_site", "/headlines/from"),
+    ("to_site", "/headlines/to"),
+    ("wavenumber_unit", "/headlines/wavenumber/unit"),
+    ("wavenumber_verdict", "/headlines/wavenumber/verdict"),
+    ("wavenumber_up", "/headlines/wavenumber/up"),
+    ("wavenumber_up_at", "/headlines/wavenumber/up_at"),
+    ("wavenumber_down", "/headlines/wavenumber/down"),
+    ("wavenumber_down_at", "/headlines/wavenumber/down_at"),
+    ("toward_plus_x", "/headlines/toward_plus_x"),
+    ("toward_minus_x", "/headlines/toward_minus_x"),
+    ("warnings", "/headlines/warnings"),
+    ("failure", "/failed"),
+];
+
 /// The headlines of all fields as CSV, a row for each. Numbers have all their digits; unknown values
 /// are empty.
 fn fields_csv(rows: &[FieldRow]) -> std::result::Result<String, csv::Error> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        writer.serialize(CsvRow::of(row))?;
-    }
-    let bytes = writer.into_inner().map_err(|error| error.into_error())?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
-}
-
-/// A row of the table.
-#[derive(Debug, Default, Serialize)]
-struct CsvRow<'a> {
-    field: &'a str,
-    name: &'a str,
-    times: Option<usize>,
-    sites: Option<usize>,
-    frequency_unit: Option<&'a str>,
-    frequency_verdict: Option<Verdict>,
-    frequency_up: Option<f64>,
-    frequency_up_at: Option<f64>,
-    frequency_down: Option<f64>,
-    frequency_down_at: Option<f64>,
-    frequency_transfer: Option<bool>,
-    energy_ratio: Option<f64>,
-    from_site: Option<usize>,
-    to_site: Option<usize>,
-    wavenumber_unit: Option<&'a str>,
-    wavenumber_verdict: Option<Verdict>,
-    wavenumber_up: Option<f64>,
-    wavenumber_up_at: Option<f64>,
-    wavenumber_down: Option<f64>,
-    wavenumber_down_at: Option<f64>,
-    toward_plus_x: Option<f64>,
-    toward_minus_x: Option<f64>,
-    warnings: Option<usize>,
-    failure: Option<&'a str>,
-}
-
-impl CsvRow<'_> {
-    fn of(row: &FieldRow) -> CsvRow<'_> {
-        let (field, name) = (row.field.as_str(), row.name.as_str());
-        let found = match &row.outcome {
-            FieldOutcome::Headlines(found) => found,
-            FieldOutcome::Failed(why) => {
-                return CsvRow {
-                    field,
-                    name,
-                    failure: Some(why),
-                    ..CsvRow::default()
-                };
-            }
-        };
-        let (f, k) = (found.frequency.as_ref(), found.wavenumber.as_ref());
-        CsvRow {
-            field,
-            name,
-            times: Some(found.times),
-            sites: Some(found.sites),
-            frequency_unit: f.map(|of| of.unit.as_str()),
-            frequency_verdict: f.map(|of| of.verdict),
-            frequency_up: f.and_then(|of| of.up),
-            frequency_up_at: f.and_then(|of| of.up_at),
-            frequency_down: f.and_then(|of| of.down),
-            frequency_down_at: f.and_then(|of| of.down_at),
-            frequency_transfer: f.and_then(|of| of.transfer),
-            energy_ratio: found.energy_ratio,
-            from_site: found.from,
-            to_site: found.to,
-            wavenumber_unit: k.map(|of| of.unit.as_str()),
-            wavenumber_verdict: k.map(|of| of.verdict),
-            wavenumber_up: k.and_then(|of| of.up),
-            wavenumber_up_at: k.and_then(|of| of.up_at),
-            wavenumber_down: k.and_then(|of| of.down),
-            wavenumber_down_at: k.and_then(|of| of.down_at),
-            toward_plus_x: found.toward_plus_x,
-            toward_minus_x: found.toward_minus_x,
-            warnings: Some(found.warnings),
-            failure: None,
-        }
-    }
+    let text = |value: Option<&Value>| match value {
+        None | Some(Value::Null) => String::new(),
+        Some(Value::String(text)) => text.clone(),
+        Some(value) => value.to_string(),
+    };
+    let cells = rows.iter().map(|row| {
+        let row = json!(row);
+        COLUMNS.map(|(_, place)| text(row.pointer(place))).into()
+    });
+    Table::of("", &COLUMNS.map(|(name, _)| name), cells).to_csv()
 }

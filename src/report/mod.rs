@@ -24,7 +24,7 @@ mod sheet;
 mod snippet;
 
 pub use crate::sheet::{number, percent};
-pub use archive::{Archive, NamedArrays};
+pub use archive::Archive;
 pub use array_file::{ArrayFile, ArrayFormat};
 pub use arrays::{LabelledArrays, describe_analysis};
 pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arrays};
@@ -36,7 +36,7 @@ pub use field_set::{
 pub use headlines::{Headlines, MovedShares};
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
-pub use pages::{analysis_html, budget_html, fields_html, sheet_html};
+pub use pages::{fields_html, sheet_html};
 pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
 pub use provenance::Provenance;
 pub use run_file::{RUN_SCHEMA, RunFile, RunParts};

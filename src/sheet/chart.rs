@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use super::Role;
+
 /// Colours of Okabe and Ito, safe for colour-blind readers: red, green, blue.
 pub const PALETTE: [[u8; 3]; 7] = [
     [0x00, 0x72, 0xb2],
@@ -17,13 +19,21 @@ pub(crate) const BLUE: usize = 0;
 pub(crate) const VERMILLION: usize = 1;
 pub(crate) const GREEN: usize = 2;
 pub(crate) const PURPLE: usize = 3;
-#[cfg(feature = "figures")]
-pub(crate) const ORANGE: usize = 4;
 pub(crate) const SKY: usize = 5;
 pub(crate) const BLACK: usize = 6;
 
-/// Usual width of a line.
-const WIDTH: f64 = 2.4;
+/// How much a series stands out.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Weight {
+    /// Without values on hovering.
+    Thin,
+    #[default]
+    Normal,
+    Bold,
+    /// A difference between other series.
+    Gap,
+}
 
 /// An upright line at an abscissa, with a word above its upper end.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,8 +90,9 @@ pub struct Series {
     pub colour: usize,
     /// The symbol of each point; by default circles where points are marked.
     pub marker: Option<Marker>,
-    /// Width of the line, in units of 1/20 of the size of labels.
-    pub width: f64,
+    pub weight: Weight,
+    /// Place on a scale of colours, from 0 to 1, in place of the palette.
+    pub shade: Option<f64>,
 }
 
 impl Series {
@@ -94,7 +105,8 @@ impl Series {
             look: Look::Line,
             colour,
             marker: None,
-            width: WIDTH,
+            weight: Weight::Normal,
+            shade: None,
         }
     }
 
@@ -169,6 +181,8 @@ const DECADES: i32 = 12;
 pub struct Chart {
     /// Above the frame; may be empty.
     pub title: String,
+    /// What to look for, on a page; may be empty.
+    pub caption: String,
     pub x_label: String,
     pub y_label: String,
     pub x: Range<f64>,
@@ -181,6 +195,12 @@ pub struct Chart {
     pub levels: Vec<Level>,
     /// Label of a second reading of the vertical axis, and what values are multiplied by for it.
     pub second_y: Option<(String, f64)>,
+    /// What x counts, where picks on a page are shared.
+    pub role: Option<Role>,
+    /// Whether the curves rise to 1 towards the right, where names have room below them.
+    pub is_cumulative: bool,
+    /// What lies beyond the range of x; a page opens on the range and holds the rest.
+    pub not_shown: Option<String>,
 }
 
 impl Chart {
@@ -211,6 +231,10 @@ impl Chart {
             marks: Vec::new(),
             levels: Vec::new(),
             second_y: None,
+            caption: String::new(),
+            role: None,
+            is_cumulative: false,
+            not_shown: None,
         }
     }
 
@@ -242,6 +266,19 @@ impl Chart {
             levels: vec![Level::zero()],
             ..self
         }
+    }
+}
+
+/// The range of a linear axis that shows all of `values`, and zero.
+pub fn around(values: impl Iterator<Item = f64>) -> Range<f64> {
+    let (low, high) = values
+        .filter(|v| v.is_finite())
+        .fold((0.0f64, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
+    let room = 0.04 * (high - low);
+    let below = if low < 0.0 { room } else { 0.0 };
+    match high - low {
+        0.0 => 0.0..1.0,
+        _ => low - below..high + room,
     }
 }
 

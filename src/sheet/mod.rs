@@ -4,6 +4,7 @@
 //! result: the lines on a terminal, `summary.json`, archives, the figure, the page, a dataset of Python.
 
 mod chart;
+mod figure;
 mod map;
 mod units;
 mod words;
@@ -11,18 +12,15 @@ mod words;
 use std::borrow::Cow;
 
 use ndarray::Array2;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use crate::field::Note;
 
-#[cfg(feature = "figures")]
-pub(crate) use chart::ORANGE;
 pub(crate) use chart::{BLACK, BLUE, GREEN, PURPLE, SKY, VERMILLION};
-pub use chart::{Band, Chart, Level, Look, Mark, Marker, PALETTE, Series, extent};
-#[cfg(feature = "figures")]
-pub(crate) use map::edges;
-pub(crate) use map::range;
-pub use map::{Colors, Curve, HeatChart, Role};
+pub use chart::{Band, Chart, Level, Look, Mark, Marker, PALETTE, Series, Weight, around, extent};
+pub use figure::{FigureLayout, Plot, PlotRow};
+pub use map::{Colors, Curve, HeatChart, Map, MapAxis, Reduction, Role, magnitudes, ordinary};
+pub(crate) use map::{block_extremes, blocks_of, edges, range};
 pub(crate) use units::Units;
 pub use words::{confidence, error_size, listed, name_of, number, percent, with_half, with_range};
 pub(crate) use words::{six_digits, three_digits, with_unit};
@@ -32,8 +30,18 @@ pub trait Describe {
     /// Words, numbers and arrays.
     fn describe(&self) -> Sheet<'_>;
 
-    /// Charts and maps, made only where they are drawn.
-    fn pictures(&self) -> Vec<PlotRow>;
+    /// Charts and maps of the one figure of most results, made only where they are drawn.
+    fn pictures(&self) -> Vec<PlotRow> {
+        Vec::new()
+    }
+
+    /// All figures.
+    fn figures(&self) -> Vec<FigureLayout> {
+        vec![FigureLayout {
+            rows: self.pictures(),
+            ..FigureLayout::default()
+        }]
+    }
 }
 
 /// A result as data.
@@ -54,7 +62,7 @@ pub struct Sheet<'a> {
     pub facts: Vec<Fact>,
     pub warnings: Vec<Warning>,
     /// Beside schema, provenance, answer and warnings in `summary.json`; undefined numbers are `null`.
-    pub numbers: Map<String, Value>,
+    pub numbers: serde_json::Map<String, Value>,
     pub variables: Vec<Variable<'a>>,
     pub tables: Vec<Table>,
     /// One row for each point, with all digits: a file of its own. Empty for none.
@@ -216,62 +224,6 @@ impl Table {
                 .collect(),
             is_fact: false,
         }
-    }
-}
-
-/// One plot.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Plot {
-    Chart(Chart),
-    Map(HeatChart),
-}
-
-impl From<Chart> for Plot {
-    fn from(chart: Chart) -> Plot {
-        Plot::Chart(chart)
-    }
-}
-
-impl From<HeatChart> for Plot {
-    fn from(map: HeatChart) -> Plot {
-        Plot::Map(map)
-    }
-}
-
-/// Plots beside each other.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PlotRow {
-    pub plots: Vec<Plot>,
-    /// Cells that the row is divided into.
-    pub columns: usize,
-    /// Height of its frames over the usual one.
-    pub height: f64,
-}
-
-impl PlotRow {
-    /// A row that its plots fill.
-    pub fn of(plots: impl IntoIterator<Item = impl Into<Plot>>) -> PlotRow {
-        let plots: Vec<Plot> = plots.into_iter().map(Into::into).collect();
-        PlotRow {
-            columns: plots.len().max(1),
-            plots,
-            height: 1.0,
-        }
-    }
-
-    pub fn high(self, height: f64) -> PlotRow {
-        PlotRow { height, ..self }
-    }
-
-    /// Rows of so many plots.
-    pub fn grid(columns: usize, plots: impl IntoIterator<Item = impl Into<Plot>>) -> Vec<PlotRow> {
-        let plots: Vec<Plot> = plots.into_iter().map(Into::into).collect();
-        let rows = plots.chunks(columns.max(1)).map(|plots| PlotRow {
-            plots: plots.to_vec(),
-            columns: columns.max(1),
-            height: 1.0,
-        });
-        rows.collect()
     }
 }
 

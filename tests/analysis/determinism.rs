@@ -7,7 +7,7 @@ use wavecascade::analyze::{Analysis, Request, Spectra, plan};
 use wavecascade::arrays::Precision;
 use wavecascade::plot::{Format, Style};
 use wavecascade::prepare::{Detrend, Gaps, Window};
-use wavecascade::report::{Provenance, analysis_html};
+use wavecascade::report::{Provenance, sheet_html};
 use wavecascade::{Field, analyze};
 
 fn field() -> Field {
@@ -249,12 +249,14 @@ fn without_maps_all_else_is_the_same_bit_for_bit() -> Result<(), wavecascade::Er
         assert_eq!((maps(&with), maps(&without)), ([true; 5], [false; 5]));
         let pages = [&with, &without].map(|analysis| {
             let provenance = Provenance::new(Vec::new(), None, None);
-            analysis_html(analysis, &analysis.words(), &provenance, &Style::default()).unwrap()
+            let (sheet, style) = (analysis.words(), Style::default());
+            sheet_html(analysis, &sheet, &analysis.name, &provenance, &style).unwrap()
         });
         assert!(pages[1].contains("</html>") && pages[1].len() < pages[0].len());
         let folder = tempfile::tempdir().unwrap();
         let drawn = |analysis| {
-            wavecascade::plot::draw_all(analysis, folder.path(), &[Format::Svg], &Style::default())
+            let figures = test_support::figures::drawn(analysis, &Style::default());
+            wavecascade::plot::save_all(&figures, folder.path(), &[Format::Svg])
                 .map(|files| files.len())
         };
         let (all, rest) = (drawn(&with).unwrap(), drawn(&without).unwrap());

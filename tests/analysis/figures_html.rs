@@ -5,7 +5,7 @@ use base64::prelude::BASE64_STANDARD;
 use serde_json::Value;
 use wavecascade::analyze::Analysis;
 use wavecascade::plot::Style;
-use wavecascade::report::{Provenance, analysis_html};
+use wavecascade::report::{Provenance, sheet_html};
 
 /// Text of the first `<name ...>` element whose opening tag contains `mark`.
 fn element<'a>(page: &'a str, name: &str, mark: &str) -> &'a str {
@@ -21,7 +21,8 @@ fn element<'a>(page: &'a str, name: &str, mark: &str) -> &'a str {
 
 fn html(analysis: &Analysis) -> String {
     let provenance = Provenance::new(Vec::new(), None, None);
-    analysis_html(analysis, &analysis.words(), &provenance, &Style::default()).unwrap()
+    let (sheet, style) = (analysis.words(), Style::default());
+    sheet_html(analysis, &sheet, &analysis.name, &provenance, &style).unwrap()
 }
 
 fn payload(analysis: &Analysis) -> Value {
@@ -29,12 +30,9 @@ fn payload(analysis: &Analysis) -> Value {
     serde_json::from_str(element(&page, "script", "id=\"data\"")).unwrap()
 }
 
-fn first_curves(data: &Value) -> &Value {
-    let pictures = data["pictures"].as_array().unwrap();
-    pictures
-        .iter()
-        .find(|picture| picture["kind"] == "curves")
-        .unwrap()
+fn picture<'a>(data: &'a Value, id: &str) -> &'a Value {
+    let mut pictures = data["pictures"].as_array().unwrap().iter();
+    pictures.find(|picture| picture["id"] == id).expect(id)
 }
 
 fn singles(value: &Value) -> Vec<f32> {
@@ -149,13 +147,14 @@ fn maps_decode_to_the_values_of_the_analysis() {
     let analysis = test_support::figures::full();
     let data = payload(&analysis);
     let maps = [
-        ("field", analysis.field_map.as_ref()),
-        ("spacetime", analysis.spacetime_map.as_ref()),
-        ("temporal", analysis.temporal_map.as_ref()),
-        ("spatial", analysis.spatial_map.as_ref()),
-        ("flux", analysis.flux_map.as_ref()),
+        ("space-time", analysis.field_map.as_ref()),
+        ("spacetime-spectrum", analysis.spacetime_map.as_ref()),
+        ("temporal-spectrum", analysis.temporal_map.as_ref()),
+        ("spatial-spectrum", analysis.spatial_map.as_ref()),
+        ("flux-surrogate", analysis.flux_map.as_ref()),
     ];
-    for (found, (id, map)) in data["pictures"].as_array().unwrap().iter().zip(maps) {
+    let pictures = data["pictures"].as_array().unwrap().iter();
+    for (found, (id, map)) in pictures.filter(|of| of["kind"] == "map").zip(maps) {
         let map = map.unwrap();
         assert_eq!(found["id"], id);
         assert_eq!(found["rows"], map.values.nrows());
@@ -172,7 +171,7 @@ fn maps_decode_to_the_values_of_the_analysis() {
 fn curves_decode_to_the_moments() {
     let analysis = test_support::figures::full();
     let data = payload(&analysis);
-    let centroid = &first_curves(&data)["charts"][0]["series"][0];
+    let centroid = &picture(&data, "along-x")["charts"][0]["series"][0];
     assert_eq!(centroid["label"], "centroid");
     let expected = &analysis.along_space.as_ref().unwrap().centroid;
     let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<u64>>();
@@ -188,7 +187,7 @@ fn long_curves_keep_their_extremes() {
     analysis.axes.frequency = (0..n).map(|m| m as f64).collect();
     analysis.direction_by_frequency = Some([plus, vec![0.5; n]]);
     let data = payload(&analysis);
-    let shown = doubles(&first_curves(&data)["charts"][0]["series"][0]["values"]);
+    let shown = doubles(&picture(&data, "direction")["charts"][0]["series"][0]["values"]);
     assert!((1 << 15..=1 << 16).contains(&shown.len()));
     assert!(shown.contains(&1.0) && shown.contains(&0.0));
 }
@@ -216,11 +215,11 @@ fn the_verdict_comes_first_then_its_picture_then_warnings_and_numbers() {
     assert_eq!(heading.to_lowercase(), verdict.to_lowercase());
     let places = [
         "<h1>",
-        "id=\"moved-along-x\"",
+        "id=\"moved-along-x-2\"",
         "class=\"facts\"",
         "id=\"warnings\"",
-        "id=\"field\"",
-        "id=\"spacetime\"",
+        "id=\"space-time\"",
+        "id=\"spacetime-spectrum\"",
         "id=\"summary\"",
         "estimated by",
     ];
@@ -235,7 +234,7 @@ fn the_picture_shows_the_share_that_moved() {
     let answer = analysis.answer.as_ref().unwrap();
     let data = payload(&analysis);
     let [profile, picture] = [0, 1].map(|i| &data["pictures"][i]);
-    assert_eq!(profile["id"], "profile-along-x");
+    assert_eq!(profile["id"], "moved-along-x");
     let moves = &answer.along_x.as_ref().unwrap().moves;
     let up = doubles(&profile["charts"][0]["series"][0]["values"]);
     assert!(
@@ -243,7 +242,7 @@ fn the_picture_shows_the_share_that_moved() {
             .zip(moves)
             .all(|(drawn, both)| *drawn == both[0].share)
     );
-    assert_eq!(picture["id"], "moved-along-x");
+    assert_eq!(picture["id"], "moved-along-x-2");
     assert_eq!(picture["marks"][0][0], answer.frequency.up.at);
     let series = picture["charts"][0]["series"].as_array().unwrap();
     let weighing = |weight: &str| {
@@ -279,8 +278,7 @@ fn cells_of_a_signed_map_keep_both_signs() {
     let field = wavecascade::Field::from_array(values);
     let (analysis, _) = wavecascade::analyze(&field, &Default::default()).unwrap();
     let data = payload(&analysis);
-    let mut pictures = data["pictures"].as_array().unwrap().iter();
-    let map = pictures.find(|picture| picture["id"] == "field").unwrap();
+    let map = picture(&data, "space-time");
     let [values, least, largest] = ["values", "least", "largest"].map(|name| singles(&map[name]));
     assert_eq!(values.len(), 1200);
     for (n, ((value, least), largest)) in values.iter().zip(&least).zip(&largest).enumerate() {
@@ -296,7 +294,7 @@ fn values_below_the_error_of_a_run_are_left_out() {
     let shown = |analysis: &Analysis| {
         let data = payload(analysis);
         let maps = data["pictures"].as_array().unwrap().iter();
-        let maps = maps.filter(|map| map["id"].as_str().unwrap().starts_with("short-time-"));
+        let maps = maps.filter(|map| map["id"].as_str().unwrap().starts_with("short-time"));
         maps.flat_map(|map| singles(&map["values"]))
             .collect::<Vec<f32>>()
     };

@@ -5,13 +5,13 @@ use test_support::changed;
 use wavecascade::attenuation::{
     AttenuationRequest, Curves, Followed, Measured, Named, TransmissionRequest,
 };
-use wavecascade::budget::{Budget, BudgetRequest, Motion, budget};
+use wavecascade::budget::{Budget, BudgetRequest, ComparedBudgets, Motion, budget};
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::chain::{Chain, Simulation};
 use wavecascade::localized::{Family, Profile};
 use wavecascade::observer::Silent;
 use wavecascade::plot::plotters::style::TextStyle;
-use wavecascade::plot::{self, Canvas, Colormap, Depth, Figure, Format, SharedScales, Style, sans};
+use wavecascade::plot::{Canvas, Colormap, Depth, Figure, Format, Style, figures_of, sans};
 use wavecascade::sheet::Describe;
 
 const POINT: f64 = 25.4 / 72.0;
@@ -30,9 +30,9 @@ fn named(ratio: f64) -> Named {
     }
 }
 
-fn figure_of_sheet(found: &dyn Describe, style: &Style) -> Figure {
+fn drawn(found: &dyn Describe, style: &Style) -> Vec<Figure> {
     let sheet = found.describe();
-    plot::figure_of(found, &sheet, "chains", sheet.name, style)
+    figures_of(found, &sheet, "chains", sheet.name, style)
 }
 
 /// What the figures of all commands are drawn from.
@@ -75,33 +75,22 @@ impl Results {
 
     fn figures(&self, style: &Style) -> Vec<Figure> {
         let analysis = test_support::figures::full();
-        let of_analysis = [
-            plot::space_time,
-            plot::temporal_spectrum,
-            plot::spatial_spectrum,
-            plot::spacetime_spectrum,
-            plot::along_x,
-            plot::along_t,
-            plot::short_time,
-            plot::short_space,
-            plot::flux_surrogate,
-        ];
-        let mut figures: Vec<Figure> = of_analysis
-            .iter()
-            .filter_map(|draw| draw(&analysis, style))
-            .collect();
-        assert_eq!(figures.len(), of_analysis.len());
+        let mut figures = test_support::figures::drawn(&analysis, style);
+        assert_eq!(figures.len(), 9);
         let [first, second] = &self.budgets;
-        let shared = SharedScales(&[first]);
-        figures.extend(plot::budget_figures(first, "localized", &shared, style));
-        let both = [("localized", first), ("dispersive", second)];
-        figures.extend(plot::views(&both, style));
-        figures.extend([
-            figure_of_sheet(&self.attenuation, style),
-            figure_of_sheet(&self.transmission, style),
-            figure_of_sheet(&self.wave, style),
-            figure_of_sheet(&self.journey, style),
-        ]);
+        let compared = ComparedBudgets {
+            both: [("localized", first), ("dispersive", second)],
+            summaries: [first, second].map(|budget| budget.describe(None).numbers.into()),
+        };
+        let others: [&dyn Describe; 6] = [
+            first,
+            &compared,
+            &self.attenuation,
+            &self.transmission,
+            &self.wave,
+            &self.journey,
+        ];
+        figures.extend(others.iter().flat_map(|found| drawn(*found, style)));
         figures
     }
 }
@@ -258,9 +247,9 @@ fn files_are_as_large_as_the_style_says() {
             178.0,
             Some(70.0),
         ),
-        (Style::screen(), 317.5, Some(211.7)),
+        (Style::screen(), 317.5, None),
     ] {
-        let figure = plot::space_time(&analysis, &style).unwrap();
+        let figure = test_support::figures::figure(&analysis, "space-time", &style);
         let bytes = figure.encode(Format::Png).unwrap();
         let reader = png::Decoder::new(std::io::Cursor::new(bytes))
             .read_info()
@@ -290,7 +279,13 @@ fn files_are_as_large_as_the_style_says() {
 #[test]
 fn colour_bars_follow_depth_and_map() {
     let analysis = test_support::figures::full();
-    let drawn = |style: &Style| svg(&plot::temporal_spectrum(&analysis, style).unwrap());
+    let drawn = |style: &Style| {
+        svg(&test_support::figures::figure(
+            &analysis,
+            "temporal-spectrum",
+            style,
+        ))
+    };
     let of = |depth: Depth| drawn(&changed(Style::screen(), |it| it.depth = depth));
     assert!(of(Depth::Fitted).contains("log scale over 8 decades"));
     assert!(of(Depth::Decades(4.0)).contains("log scale over 4 decades"));

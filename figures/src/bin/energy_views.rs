@@ -14,10 +14,11 @@
 
 use std::fmt::Write;
 
-use wavecascade::budget::{Budget, BudgetRequest, Integration, Motion, budget};
+use wavecascade::budget::{Budget, BudgetRequest, ComparedBudgets, Integration, Motion, budget};
 use wavecascade::chain::{Chain, Simulation};
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Format, Style, views};
+use wavecascade::plot::{Format, Style, figures_of};
+use wavecascade::sheet::Sheet;
 
 const SITES: usize = 200;
 
@@ -71,7 +72,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let out = figures::root().join("figures/out");
     let both = [("localized", &localized), ("dispersive", &dispersive)];
-    let figure = views(&both, &Style::screen()).ok_or("nothing to draw")?;
+    let compared = ComparedBudgets {
+        both,
+        summaries: both.map(|(_, budget)| budget.describe(None).numbers.into()),
+    };
+    let sheet = Sheet::default();
+    let figures = figures_of(&compared, &sheet, "", "views", &Style::screen());
+    let figure = figures.first().ok_or("nothing to draw")?;
     for format in [Format::Png, Format::Svg] {
         let file = out.join(format!("energy_views.{}", format.extension()));
         std::fs::write(&file, figure.encode(format)?)?;

@@ -28,7 +28,7 @@ use wavecascade::analyze::{Map, Request, Results};
 use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{BudgetRequest, Motion, Views, budget};
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Colours, Style, Tile, map_grid};
+use wavecascade::plot::{Colors, Curve, FigureLayout, HeatChart, Style, ordinary};
 
 use figures::{Outcome, cells, expect, experiment, map, save_maps};
 
@@ -92,31 +92,33 @@ fn main() -> Outcome<()> {
         let pair = [&columns[0].maps[row].1, &columns[1].maps[row].1];
         let spectra = [&columns[0].maps[1].1, &columns[1].maps[1].1];
         let (title, map) = &column.maps[row];
-        Tile {
+        let limit = |maps: [&Map; 2]| ordinary(maps.into_iter());
+        // The enlarged part has the colours of the whole.
+        let most = limit(if row == 2 { spectra } else { pair });
+        HeatChart {
             title: title.clone(),
-            map,
-            colours: match row {
-                0 => Colours::diverging(&pair),
-                // The enlarged part has the colours of the whole.
-                1 | 2 => Colours::log(&spectra, 4.0),
-                _ => Colours::log(&pair, 4.0),
+            colors: match row {
+                0 => Colors::about_zero(most),
+                _ => Colors::Powers,
             },
-            line: &column.lines[row],
+            shared: (row > 0).then_some([1e-4 * most, most]),
+            curves: vec![Curve {
+                label: String::new(),
+                points: column.lines[row].clone(),
+            }],
+            ..HeatChart::of(map)
         }
     });
-    let tiles: Vec<Tile> = tiles.collect();
     let note = concat!(
         "Lines: 90 % of the energy of a site, or of a time, lies below (drift included). One cell in 200 is beyond the upper ends of the colour scales. ",
         "Along the first sites at 18° low frequencies decay and a line at 8.7 kHz stays; it is left behind by the pulse: on balance none of the energy that passes contact 20 passes above 5 kHz.",
     );
     let heading = "Redistribution of energy: 200 cylinders of quartz at 18° and at 8°";
-    let figure = map_grid(
-        "fig10_energy_redistribution",
-        heading,
-        note,
-        (2, &tiles),
-        &Style::screen(),
-    );
+    let layout = FigureLayout {
+        notes: vec![note.into()],
+        ..FigureLayout::grid(heading, 2, tiles)
+    };
+    let figure = layout.figure("fig10_energy_redistribution", &Style::screen());
     // The enlarged part is in the table with the whole.
     let maps = columns.iter().flat_map(|column| {
         let [velocity, whole, _, over_k] = &column.maps;

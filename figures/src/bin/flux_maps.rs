@@ -19,7 +19,7 @@ use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{Budget, BudgetRequest, Integration, Motion, budget};
 use wavecascade::chain::{Chain, Simulation};
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Colours, Style, Tile, map_grid};
+use wavecascade::plot::{Colors, FigureLayout, HeatChart, Style, magnitudes, ordinary};
 
 use figures::{Outcome, cells, expect, map, save_maps};
 
@@ -76,29 +76,28 @@ fn main() -> Outcome<()> {
         let (row, column) = (index / 2, index % 2);
         let pair = [maps[row].1, maps[row + 4].1];
         let (title, map) = &maps[row + 4 * column];
-        Tile {
+        let limit = magnitudes(pair.into_iter())[1];
+        HeatChart {
             title: title.clone(),
-            map,
-            colours: match row {
-                0 => Colours::signed(&pair, 3.0),
-                2 => Colours::diverging(&pair),
-                _ => Colours::signed(&pair, 2.0),
+            colors: match row {
+                2 => Colors::about_zero(ordinary(pair.into_iter())),
+                _ => Colors::Signed {
+                    limit,
+                    decades: if row == 0 { 3.0 } else { 2.0 },
+                },
             },
-            line: &[],
+            ..HeatChart::of(map)
         }
     });
-    let tiles: Vec<Tile> = tiles.collect();
     let note = concat!(
         "positive: towards +x, towards high k, out of the scales larger than l. Third row: since the front was at site 20. ",
         "Grey: before that; where the filter does not fit into the chain. One cell in 200 is beyond the ends of linear scales.",
     );
-    let figure = map_grid(
-        "flux_maps",
-        "Fluxes of energy (no dimensions)",
-        note,
-        (2, &tiles),
-        &Style::screen(),
-    );
+    let layout = FigureLayout {
+        notes: vec![note.into()],
+        ..FigureLayout::grid("Fluxes of energy (no dimensions)", 2, tiles)
+    };
+    let figure = layout.figure("flux_maps", &Style::screen());
     let named: Vec<(&str, &Map)> = maps
         .iter()
         .map(|(name, map)| (name.as_str(), *map))

@@ -1,9 +1,12 @@
 //! What an analysis says.
 //!
-//! Its large arrays and maps, which come in blocks, are not in its sheet.
+//! Its large arrays, which come in blocks, are not in its sheet.
 
 mod answer;
+mod evidence;
 mod numbers;
+mod pictures;
+mod sides;
 mod variables;
 
 use serde_json::Value;
@@ -11,10 +14,7 @@ use serde_json::Value;
 use super::Analysis;
 use crate::field::Axis;
 use crate::measure::digits;
-use crate::sheet::{Describe, PlotRow, Sheet, Table, number};
-
-#[cfg(feature = "figures")]
-pub(crate) use answer::{Words, both};
+use crate::sheet::{Describe, FigureLayout, Sheet, Table, number};
 
 const DEFINITIONS: &str = "\
     Moved share: The largest difference of two cumulative spectra: the share of energy that lies above a frequency at \
@@ -48,8 +48,11 @@ impl Describe for Analysis {
         sheet
     }
 
-    fn pictures(&self) -> Vec<PlotRow> {
-        Vec::new()
+    fn figures(&self) -> Vec<FigureLayout> {
+        // Moves along the profile beside the spectra that they are read off.
+        let mut figures = evidence::figures(self);
+        figures.extend(pictures::figures(self));
+        figures
     }
 }
 

@@ -5,7 +5,7 @@ use serde_json::json;
 use super::super::{Computed, Measured, Transmission, TransmissionCurve, TransmissionPoint};
 use super::{Column, FORCE, field_charts, forces_over, named, points, records};
 use crate::chain::scene::Units;
-use crate::sheet::{Chart, Look, Mark, Series, Sheet, Table, number};
+use crate::sheet::{Chart, Look, Mark, Series, Sheet, Table, number, with_half};
 use crate::sweep::wide;
 use crate::unit::label;
 
@@ -212,12 +212,9 @@ impl TransmissionCurve {
         }
         for (point, extreme) in self.all() {
             if let Some((kind, error)) = extreme {
-                let (force, at) = (number(point.relative_force), number(point.value));
-                let text = format!(
-                    "{force} of the force at {key} {at}, located to {}",
-                    number(error)
-                );
-                sheet.fact(kind, text);
+                let force = number(point.relative_force);
+                let at = with_half(point.value, error, "");
+                sheet.fact(kind, format!("{force} of the force at {key} {at}"));
             }
         }
         if !self.unresolved.is_empty() {

@@ -12,9 +12,9 @@ use wavecascade::analyze::{
 };
 use wavecascade::budget::answer_of_run;
 use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
-use wavecascade::plot::draw_all;
+use wavecascade::plot::{figures_of, save_all};
 use wavecascade::report::{
-    Provenance, ResultDirectory, RunFile, analysis_html, analysis_snippet, records_csv,
+    Provenance, ResultDirectory, RunFile, analysis_snippet, records_csv, sheet_html,
 };
 use wavecascade::sheet::Sheet;
 use wavecascade::{Error, Field};
@@ -234,14 +234,18 @@ fn draw(
 ) -> Result<(), Failure> {
     use wavecascade::observer::Observer;
     progress.stage("drawing", 1);
-    let figures = directory.path().join("figures");
+    let folder = directory.path().join("figures");
+    let (name, style) = (&analysis.name, &drawing.style);
     // A figure takes some 20 MB while it is drawn.
     let one_by_one = memory.is_some_and(|stated| stated < ROOM_FOR_FIGURES);
     let both = || {
         rayon::join(
-            || draw_all(analysis, &figures, &drawing.formats, &drawing.style),
             || {
-                let page = analysis_html(analysis, sheet, provenance, &drawing.style);
+                let figures = figures_of(analysis, sheet, name, "analyze", style);
+                save_all(&figures, &folder, &drawing.formats)
+            },
+            || {
+                let page = sheet_html(analysis, sheet, name, provenance, style);
                 let page = page.map_err(std::io::Error::from)?;
                 Ok::<_, Failure>(directory.write("report.html", page)?)
             },

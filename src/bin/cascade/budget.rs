@@ -11,8 +11,8 @@ use wavecascade::budget::measured::MeasuredReport;
 use wavecascade::budget::{Budget as Found, Motion};
 use wavecascade::field::{FileState, file_hash, is_run_file};
 use wavecascade::observer::Observer;
-use wavecascade::plot::{SharedScales, budget_figures, save_all};
-use wavecascade::report::{Provenance, ResultDirectory, RunFile, budget_html, budget_snippet};
+use wavecascade::plot::{figures_of, save_all};
+use wavecascade::report::{Provenance, ResultDirectory, RunFile, budget_snippet, sheet_html};
 
 use crate::analyze::{named_after, use_threads};
 use crate::args::FormatArg;
@@ -114,13 +114,10 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     if drawing.is_wanted() {
         progress.stage("drawing", 1);
         let style = &drawing.style;
-        let figures = budget_figures(&budget, &name, &SharedScales(&[&budget]), style);
-        save_all(
-            &figures,
-            &directory.path().join("figures"),
-            &drawing.formats,
-        )?;
-        let page = budget_html(&[(&name, &budget)], &sheet, &provenance, style);
+        let figures = figures_of(&budget, &sheet, &name, "budget", style);
+        let folder = directory.path().join("figures");
+        save_all(&figures, &folder, &drawing.formats)?;
+        let page = sheet_html(&budget, &sheet, &name, &provenance, style);
         directory.write("report.html", page.map_err(std::io::Error::from)?)?;
     }
     progress.check()?;

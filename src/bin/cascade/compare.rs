@@ -5,14 +5,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::Value;
-use wavecascade::budget::Budget;
+use wavecascade::budget::{Budget, ComparedBudgets};
 use wavecascade::chain::scene::{SceneSource, Units};
 use wavecascade::field::{FileState, file_hash, is_run_file};
 use wavecascade::fit::{CompareRequest, Comparison};
 use wavecascade::observer::Observer;
-use wavecascade::plot::{Style, save_all, views};
-use wavecascade::report::{Provenance, ResultDirectory, RunFile, budget_html};
-use wavecascade::sheet::Sheet;
+use wavecascade::plot::{Style, figures_of, save_all};
+use wavecascade::report::{Provenance, ResultDirectory, RunFile, sheet_html};
+use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
 
 use crate::analyze::use_threads;
@@ -153,23 +153,34 @@ impl Compared {
         })
     }
 
-    fn both(&self) -> [(&str, &Budget); 2] {
+    pub fn found(&self) -> ComparedBudgets<'_> {
         let [a, b] = &self.names;
-        [(a, &self.budgets[0]), (b, &self.budgets[1])]
-    }
-
-    pub fn describe(&self) -> Sheet<'static> {
-        Budget::compare(self.both(), self.summaries.clone())
+        ComparedBudgets {
+            both: [(a, &self.budgets[0]), (b, &self.budgets[1])],
+            summaries: self.summaries.clone(),
+        }
     }
 
     /// `summary.json`.
     pub fn json(&self) -> serde_json::Result<String> {
-        self.describe().summary(&self.provenance)
+        self.found().describe().summary(&self.provenance)
+    }
+
+    /// Of both, in titles.
+    fn name(&self) -> String {
+        self.names.join(" and ")
     }
 
     /// `report.html`.
     pub fn page(&self, style: &Style) -> serde_json::Result<String> {
-        budget_html(&self.both(), &self.describe(), &self.provenance, style)
+        let found = self.found();
+        sheet_html(
+            &found,
+            &found.describe(),
+            &self.name(),
+            &self.provenance,
+            style,
+        )
     }
 }
 
@@ -199,7 +210,8 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     let compared = Compared::of(typed.views, both, &paths, &command(), &progress)?;
     // All that reads or hashes the files has done so.
     opened.iter().try_for_each(FileState::check)?;
-    let both = compared.both();
+    let found = compared.found();
+    let sheet = found.describe();
     let json = compared.json().map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
     if drawing.is_wanted() {
@@ -208,22 +220,17 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
             .page(&drawing.style)
             .map_err(std::io::Error::from)?;
         directory.write("report.html", page)?;
-        let together: Vec<_> = views(&both, &drawing.style).into_iter().collect();
+        let name = compared.name();
+        let figures = figures_of(&found, &sheet, &name, "compare", &drawing.style);
         let folder = directory.path().join("figures");
-        save_all(&together, &folder, &drawing.formats)?;
+        save_all(&figures, &folder, &drawing.formats)?;
     }
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
     let subject = paths.map(|path| subject_of(&[path])).join(" and ");
     let main = published.join(drawing.main());
-    tell(
-        &compared.describe(),
-        &json,
-        &subject,
-        &typed.how,
-        Some(&main),
-    )?;
+    tell(&sheet, &json, &subject, &typed.how, Some(&main))?;
     drawing.present(&main)
 }
 

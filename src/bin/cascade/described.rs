@@ -7,7 +7,7 @@ use clap::Args;
 use wavecascade::Error;
 use wavecascade::arrays::Precision;
 use wavecascade::observer::Observer;
-use wavecascade::plot::{self, figure_of};
+use wavecascade::plot::{self, figures_of};
 use wavecascade::report::{Archive, Provenance, ResultDirectory, sheet_html, write_beside};
 use wavecascade::sheet::{Describe, Sheet};
 
@@ -133,9 +133,9 @@ impl Described<'_> {
         beside(directory.path())?;
         if drawing.is_wanted() {
             progress.stage("drawing", 1);
-            let figure = figure_of(self.found, sheet, self.name, file, &drawing.style);
+            let figures = figures_of(self.found, sheet, self.name, file, &drawing.style);
             let folder = directory.path().join("figures");
-            plot::save_all(&[figure], &folder, &drawing.formats)?;
+            plot::save_all(&figures, &folder, &drawing.formats)?;
             directory.write("report.html", self.page(drawing)?)?;
         }
         progress.check()?;
@@ -154,10 +154,11 @@ impl Described<'_> {
         if !drawing.is_wanted() {
             return Ok(summary);
         }
-        let figure = figure_of(self.found, sheet, self.name, sheet.name, &drawing.style);
-        for format in &drawing.formats {
-            let file = format!("{}.{}", sheet.name, format.extension());
-            write_beside(out, &file, &figure.encode(*format)?)?;
+        for figure in figures_of(self.found, sheet, self.name, sheet.name, &drawing.style) {
+            for format in &drawing.formats {
+                let file = format!("{}.{}", figure.name(), format.extension());
+                write_beside(out, &file, &figure.encode(*format)?)?;
+            }
         }
         Ok(write_beside(
             out,

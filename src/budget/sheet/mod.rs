@@ -1,6 +1,7 @@
 //! What a budget found, and how two differ.
 
 mod numbers;
+mod pictures;
 mod table;
 
 use serde_json::{Value, json};
@@ -8,7 +9,7 @@ use serde_json::{Value, json};
 use super::measured::MeasuredReport;
 use super::{Budget, Closure, Direction, FrequencyFlow, ModeBudget, Residual, WavenumberBudget};
 use crate::measure::cycles_per;
-use crate::sheet::{Sheet, error_size, number};
+use crate::sheet::{Describe, FigureLayout, Sheet, error_size, number};
 
 /// Errors of shares from which on the digits printed do not hold.
 const SEEN: f64 = 5e-6;
@@ -36,6 +37,48 @@ const DEFINITIONS: &str = "\
         rate, relative to the largest energy of the chain.
     Colours about zero: On the linear scale they end where one cell in two hundred is beyond: what happens at the \
         striker would hide the rest.";
+
+impl Describe for Budget {
+    fn describe(&self) -> Sheet<'_> {
+        Budget::describe(self, None)
+    }
+
+    fn figures(&self) -> Vec<FigureLayout> {
+        pictures::figures(&[("", self)])
+    }
+}
+
+/// Two budgets with their names.
+#[derive(Debug, Clone)]
+pub struct ComparedBudgets<'a> {
+    pub both: [(&'a str, &'a Budget); 2],
+    /// Those of their files.
+    pub summaries: [Value; 2],
+}
+
+impl Describe for ComparedBudgets<'_> {
+    /// The numbers of both and their difference.
+    fn describe(&self) -> Sheet<'_> {
+        let [first, second] = &self.summaries;
+        let [(name, _), (other, of)] = self.both;
+        let mut tables = table::tables(&[(name, first), (other, second)], &of.units);
+        tables[0].is_fact = true;
+        let mut sheet = Sheet {
+            version: 2,
+            about: "two chains; pictures of one kind share their colour scale".into(),
+            answer: difference_in_words(self.both),
+            tables,
+            ..Sheet::of("compare", "Two energy budgets", DEFINITIONS)
+        };
+        let difference = table::difference(first, second);
+        sheet.numbers(json!({ "first": first, "second": second, "difference": difference }));
+        sheet
+    }
+
+    fn figures(&self) -> Vec<FigureLayout> {
+        pictures::figures(&self.both)
+    }
+}
 
 impl Budget {
     /// Answer, facts, warnings, numbers and tables; arrays are large and come in blocks. A measured field has a report
@@ -65,24 +108,6 @@ impl Budget {
             self.measurement(&mut sheet, report);
             sheet.numbers(json!({ "measured": report }));
         }
-        sheet
-    }
-
-    /// Two budgets, with the numbers of both; `summaries` are those of the files.
-    pub fn compare(both: [(&str, &Budget); 2], summaries: [Value; 2]) -> Sheet<'static> {
-        let [first, second] = summaries;
-        let named = [(both[0].0, &first), (both[1].0, &second)];
-        let mut tables = table::tables(&named, &both[0].1.units);
-        tables[0].is_fact = true;
-        let mut sheet = Sheet {
-            version: 2,
-            about: "two chains; pictures of one kind share their colour scale".into(),
-            answer: difference_in_words(both),
-            tables,
-            ..Sheet::of("compare", "Two energy budgets", DEFINITIONS)
-        };
-        let difference = table::difference(&first, &second);
-        sheet.numbers(json!({ "first": first, "second": second, "difference": difference }));
         sheet
     }
 

@@ -9,7 +9,7 @@ use super::{LineTest, NoiseFloor, SiteNoise, SpectrumEstimate};
 use crate::estimates::realisations::without_mean;
 use crate::sheet::{
     BLACK, BLUE, Chart, Column, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series,
-    Sheet, Units, confidence, number, percent, six_digits, with_half,
+    Sheet, Units, Weight, confidence, number, percent, six_digits, with_half,
 };
 
 const DEFINITIONS: &str = "\
@@ -269,7 +269,7 @@ impl SpectrumEstimate {
                 let end = end_of(&spectrum, &half, sign);
                 let series = Series::of(label, BLACK, &self.bins, &end).with(Look::Dashed);
                 chart.series.push(Series {
-                    width: 1.4,
+                    weight: Weight::Thin,
                     ..series
                 });
             }

@@ -5,10 +5,10 @@ use std::io::{BufWriter, Write};
 use std::ops::Range;
 use std::path::Path;
 
-use super::super::Archive;
 use super::super::archive::npy_header;
 use super::super::netcdf::{ArrayLabels, Attribute, KEPT_FOR_A_FIELD, NetCdf};
 use super::super::samples::{Order, bytes_of, in_bytes};
+use super::super::{Archive, LabelledArrays};
 use super::blocks::{each_block, each_profile};
 use super::{FIELD_SCHEMA, MARK};
 use crate::arrays::Precision;

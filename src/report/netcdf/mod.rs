@@ -11,6 +11,7 @@ use std::sync::Mutex;
 
 use ndarray::ArrayView2;
 
+use super::LabelledArrays;
 use super::samples::{Order, bytes_of, in_bytes};
 use crate::arrays::{LargeArray, Precision, Sink, in_runs};
 use crate::error::{Error, Result};
@@ -98,36 +99,6 @@ impl NetCdf {
         })
     }
 
-    /// Adds a value that belongs to the whole file.
-    pub fn attribute(&self, name: &str, value: Attribute) {
-        self.lock().header.attributes.push((name.into(), value));
-    }
-
-    /// Adds an array, row-major.
-    ///
-    /// # Errors
-    /// [`Error::Write`], also if there is an array of this name.
-    pub fn append(&self, labels: &ArrayLabels, values: &[f64]) -> Result<()> {
-        debug_assert_eq!(labels.shape().iter().product::<usize>(), values.len());
-        if values.is_empty() {
-            return Ok(());
-        }
-        let variable = self.reserve_array(labels, self.precision)?;
-        self.write_samples(variable, 0, values)
-    }
-
-    /// Adds values to the array of this name, if there is one.
-    pub fn describe(&self, array: &str, attributes: Vec<(&str, Attribute)>) {
-        let mut state = self.lock();
-        let mut variables = state.header.variables.iter_mut();
-        if let Some(variable) = variables.find(|variable| variable.name == array) {
-            let named = attributes
-                .into_iter()
-                .map(|(name, value)| (name.into(), value));
-            variable.attributes.extend(named);
-        }
-    }
-
     /// Reserves the space of an array; returns its place.
     pub(super) fn reserve_array(
         &self,
@@ -208,6 +179,33 @@ impl NetCdf {
         self.state
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+/// An array whose name another has is an error, one without samples is left out.
+impl LabelledArrays for NetCdf {
+    fn append(&self, labels: &ArrayLabels, values: &[f64]) -> Result<()> {
+        debug_assert_eq!(labels.shape().iter().product::<usize>(), values.len());
+        if values.is_empty() {
+            return Ok(());
+        }
+        let variable = self.reserve_array(labels, self.precision)?;
+        self.write_samples(variable, 0, values)
+    }
+
+    fn describe(&self, array: &str, attributes: Vec<(&str, Attribute)>) {
+        let mut state = self.lock();
+        let mut variables = state.header.variables.iter_mut();
+        if let Some(variable) = variables.find(|variable| variable.name == array) {
+            let named = attributes
+                .into_iter()
+                .map(|(name, value)| (name.into(), value));
+            variable.attributes.extend(named);
+        }
+    }
+
+    fn attribute(&self, name: &str, value: Attribute) {
+        self.lock().header.attributes.push((name.into(), value));
     }
 }
 

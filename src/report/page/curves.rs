@@ -2,44 +2,23 @@
 
 use serde::Serialize;
 
-use super::{Look, Role, doubles, page_opens, sentence_case};
-use crate::plot;
+use super::{doubles, page_opens};
+use crate::sheet::{Chart, Look, Role, Series, Weight};
 
 /// Longest curve that is embedded whole; of longer ones, the extremes of each block.
 const CURVE_LIMIT: usize = 1 << 16;
 
-/// How much a series stands out.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(in crate::report) enum Weight {
-    /// Without values on hovering.
-    Thin,
-    #[default]
-    Normal,
-    Bold,
-    /// A difference between other series.
-    Gap,
-}
-
-impl Weight {
-    fn is_normal(&self) -> bool {
-        *self == Weight::Normal
-    }
-}
-
-/// Values on the group's x, or on their own.
+/// Values on the group's x, or on their own; arrays are little-endian f64: energies of faint fields are below the
+/// range of f32.
 #[derive(Debug, Serialize)]
-pub(in crate::report) struct Series {
+struct SeriesData {
     label: String,
     look: Look,
-    /// Index of its colour; by default that of its place in the chart.
-    color: Option<usize>,
-    /// Place on a scale of colours, from 0 to 1, in its stead.
+    color: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub shade: Option<f64>,
-    #[serde(skip_serializing_if = "Weight::is_normal")]
-    pub weight: Weight,
-    /// Little-endian f64, as all: energies of faint fields are below the range of f32.
+    shade: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    weight: Option<Weight>,
     x: Option<String>,
     values: String,
     /// Standard errors.
@@ -47,91 +26,60 @@ pub(in crate::report) struct Series {
     /// Whether the area down to the series before is filled.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     band: bool,
-    #[serde(skip)]
-    has_values: bool,
 }
 
-impl Series {
-    /// Values on the group's x.
-    pub fn new(label: impl Into<String>, values: &[f64]) -> Series {
-        let embedded: Vec<f64> = match shown(values.len()) {
-            EmbeddedCurve::All => values.to_vec(),
-            EmbeddedCurve::Blocks(length) => values.chunks(length).flat_map(extremes).collect(),
-        };
-        Series {
-            label: label.into(),
-            look: Look::Line,
-            color: None,
-            shade: None,
-            weight: Weight::Normal,
-            x: None,
-            values: doubles(embedded),
+impl SeriesData {
+    /// The ends of the area of a series, then its points.
+    fn of(series: &Series, shared: &[f64]) -> Vec<SeriesData> {
+        let x: Vec<f64> = series.points.iter().map(|point| point.0).collect();
+        let is_shared = x
+            .iter()
+            .map(|x| x.to_bits())
+            .eq(shared.iter().map(|x| x.to_bits()));
+        let values = series.points.iter().map(|point| point.1).collect();
+        let is_weighty = series.weight != Weight::Normal;
+        let has_errors = series.errors.iter().any(|error| *error > 0.0);
+        let data = |label: String, values: Vec<f64>, look: Look| SeriesData {
+            label,
+            look,
+            color: series.colour,
+            shade: series.shade,
+            weight: is_weighty.then_some(series.weight),
+            x: (!is_shared).then(|| doubles(thinned(&x, middles))),
+            values: doubles(thinned(&values, extremes)),
             errors: None,
             band: false,
-            has_values: values.iter().any(|value| value.is_finite()),
-        }
-    }
-
-    /// Values on an x of their own, which are embedded whole.
-    pub fn points(label: impl Into<String>, points: &[(f64, f64)]) -> Series {
-        Series {
-            x: Some(doubles(points.iter().map(|point| point.0))),
-            values: doubles(points.iter().map(|point| point.1)),
-            has_values: points.iter().any(|point| point.1.is_finite()),
-            ..Series::new(label, &[])
-        }
-    }
-
-    pub fn colored(self, color: usize) -> Series {
-        Series {
-            color: Some(color),
-            ..self
-        }
-    }
-
-    pub fn looking(self, look: Look) -> Series {
-        Series { look, ..self }
-    }
-
-    pub fn with_errors(self, errors: impl IntoIterator<Item = f64>) -> Series {
-        Series {
-            errors: Some(doubles(errors)),
-            ..self
-        }
+        };
+        let end = |of: fn(&(f64, f64)) -> f64, which: &str| {
+            let band = series.band.as_ref()?;
+            let ends = band.ends.iter().map(of).collect();
+            Some(data(
+                format!("{}, {which} end", band.label),
+                ends,
+                Look::Line,
+            ))
+        };
+        let lower = end(|ends| ends.0, "lower");
+        let upper = end(|ends| ends.1, "upper").map(|upper| SeriesData {
+            band: true,
+            ..upper
+        });
+        let own = SeriesData {
+            errors: has_errors.then(|| doubles(series.errors.iter().copied())),
+            ..data(series.label.clone(), values, series.look)
+        };
+        lower.into_iter().chain(upper).chain([own]).collect()
     }
 }
 
 /// Series on one y axis.
 #[derive(Debug, Serialize)]
-pub(in crate::report) struct Chart {
+struct ChartData {
     label: String,
     log: bool,
-    /// A value marked across the chart.
-    mark: Option<f64>,
-    pub series: Vec<Series>,
-}
-
-impl Chart {
-    pub fn new(label: impl Into<String>, series: Vec<Series>) -> Chart {
-        Chart {
-            label: label.into(),
-            log: false,
-            mark: None,
-            series,
-        }
-    }
-
-    pub fn log(self) -> Chart {
-        Chart { log: true, ..self }
-    }
-
-    pub fn has_values(&self) -> bool {
-        self.series.iter().any(|series| series.has_values)
-    }
-
-    pub fn marked(self, mark: Option<f64>) -> Chart {
-        Chart { mark, ..self }
-    }
+    /// Values marked across the chart, with their names.
+    levels: Vec<(f64, String)>,
+    series: Vec<SeriesData>,
 }
 
 /// Charts above one x axis.
@@ -145,113 +93,57 @@ pub(in crate::report) struct CurveGroup {
     note: String,
     label: String,
     role: Option<Role>,
-    pub log: bool,
+    log: bool,
     /// Places on x, with their names.
-    pub marks: Vec<(f64, String)>,
-    /// Whether they rise to 1 towards the right, where names have room below them.
+    marks: Vec<(f64, String)>,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub cumulative: bool,
+    cumulative: bool,
     /// Ends of what is shown at first, where that is not all.
     shown: Option<[f64; 2]>,
-    /// Little-endian f64.
     x: String,
-    charts: Vec<Chart>,
+    charts: Vec<ChartData>,
 }
 
 impl CurveGroup {
-    /// Charts of values at `x`, which may be empty where each series has its own. Charts without a
-    /// value are left out.
-    pub fn new(
-        (id, title): (&str, &str),
-        caption: impl Into<String>,
-        (label, role): (impl Into<String>, Option<Role>),
-        x: &[f64],
-        mut charts: Vec<Chart>,
-    ) -> CurveGroup {
-        charts.retain(Chart::has_values);
-        let shown = shown(x.len());
-        let embedded: Vec<f64> = match shown {
-            EmbeddedCurve::All => x.to_vec(),
-            EmbeddedCurve::Blocks(length) => x
-                .chunks(length)
-                .flat_map(|block| [block[block.len() / 4], block[3 * block.len() / 4]])
-                .collect(),
+    /// Charts that share their x; without those that have no value, and `None` where none has one.
+    pub fn of(id: String, title: String, charts: &[&Chart]) -> Option<CurveGroup> {
+        let has_values = |chart: &&&Chart| {
+            let points = chart.series.iter().flat_map(|series| &series.points);
+            points.into_iter().any(|point| point.1.is_finite())
         };
-        CurveGroup {
-            id: id.into(),
-            title: title.into(),
-            caption: caption.into(),
-            note: match shown {
-                EmbeddedCurve::All => String::new(),
-                EmbeddedCurve::Blocks(length) => {
+        let charts: Vec<&Chart> = charts.iter().filter(has_values).copied().collect();
+        let first = charts.first()?;
+        let all = charts.iter().flat_map(|chart| &chart.series);
+        let longest = all.max_by_key(|series| series.points.len())?;
+        let x: Vec<f64> = longest.points.iter().map(|point| point.0).collect();
+        let not_shown = first.not_shown.as_deref();
+        Some(CurveGroup {
+            id,
+            title,
+            caption: format!(
+                "{}{}",
+                first.caption,
+                not_shown.map_or_else(String::new, page_opens)
+            ),
+            note: match block(x.len()) {
+                1 => String::new(),
+                length => {
                     format!(" The page holds the least and the largest of every {length} values.")
                 }
             },
-            label: label.into(),
-            role,
-            log: false,
-            marks: Vec::new(),
-            cumulative: false,
-            shown: None,
-            x: doubles(embedded),
-            charts,
-        }
-    }
-
-    /// The chart of a figure, whose picks nothing follows.
-    pub fn of_chart(id: &str, caption: &str, chart: &plot::Chart) -> CurveGroup {
-        let ends = chart.series.iter().flat_map(|series| {
-            let band = series.band.iter().flat_map(|band| {
-                let end = |of: fn(&(f64, f64)) -> f64, which: &str| {
-                    let ends = series.points.iter().zip(&band.ends);
-                    let points: Vec<_> = ends.map(|(point, ends)| (point.0, of(ends))).collect();
-                    Series::points(format!("{}, {which} end", band.label), &points)
-                        .colored(series.colour)
-                };
-                let upper = Series {
-                    band: true,
-                    ..end(|ends| ends.1, "upper")
-                };
-                [end(|ends| ends.0, "lower"), upper]
-            });
-            band.collect::<Vec<_>>()
-        });
-        let series = chart.series.iter().map(|series| {
-            let drawn = Series::points(&series.label, &series.points)
-                .colored(series.colour)
-                .looking(series.look);
-            match series.errors.iter().any(|error| *error > 0.0) {
-                true => drawn.with_errors(series.errors.iter().copied()),
-                false => drawn,
-            }
-        });
-        let one = Chart {
-            log: chart.log_y,
-            ..Chart::new(&chart.y_label, ends.chain(series).collect())
-        };
-        let marks = chart.marks.iter().map(|mark| (mark.at, mark.label.clone()));
-        let heading = (id, &*sentence_case(&chart.title));
-        CurveGroup {
-            log: chart.log_x,
-            marks: marks.collect(),
-            ..CurveGroup::new(heading, caption, (&chart.x_label, None), &[], vec![one])
-        }
-    }
-
-    /// Shows a part of x at first, if `not_shown` says what it leaves out.
-    pub fn limited(self, shown: [f64; 2], not_shown: Option<String>) -> CurveGroup {
-        match not_shown {
-            None => self,
-            Some(not_shown) => CurveGroup {
-                shown: Some(shown),
-                caption: self.caption + &page_opens(&not_shown),
-                ..self
-            },
-        }
-    }
-
-    pub fn has_values(&self) -> bool {
-        !self.charts.is_empty()
+            label: first.x_label.clone(),
+            role: first.role,
+            log: first.log_x,
+            marks: first
+                .marks
+                .iter()
+                .map(|mark| (mark.at, mark.label.clone()))
+                .collect(),
+            cumulative: first.is_cumulative,
+            shown: not_shown.map(|_| [first.x.start, first.x.end]),
+            charts: charts.iter().map(|chart| data(chart, &x)).collect(),
+            x: doubles(thinned(&x, middles)),
+        })
     }
 
     /// Whether the page shows a part of it at first.
@@ -260,33 +152,48 @@ impl CurveGroup {
     }
 }
 
-/// How much of a curve is embedded.
-enum EmbeddedCurve {
-    All,
-    /// The extremes of each block of this many samples, one after the other.
-    Blocks(usize),
+fn data(chart: &Chart, shared: &[f64]) -> ChartData {
+    let levels = chart.levels.iter();
+    let series = chart.series.iter();
+    ChartData {
+        label: chart.y_label.clone(),
+        log: chart.log_y,
+        levels: levels
+            .map(|level| (level.at, level.label.clone()))
+            .collect(),
+        series: series
+            .flat_map(|series| SeriesData::of(series, shared))
+            .collect(),
+    }
 }
 
-fn shown(samples: usize) -> EmbeddedCurve {
+/// Samples of a curve of this many that two embedded values stand for; 1 where all are embedded.
+fn block(samples: usize) -> usize {
     match samples {
-        0..=CURVE_LIMIT => EmbeddedCurve::All,
-        _ => EmbeddedCurve::Blocks(samples.div_ceil(CURVE_LIMIT / 2)),
+        0..=CURVE_LIMIT => 1,
+        _ => samples.div_ceil(CURVE_LIMIT / 2),
     }
+}
+
+/// All values, or two of each block.
+fn thinned(values: &[f64], of_block: fn(&[f64]) -> [f64; 2]) -> Vec<f64> {
+    match block(values.len()) {
+        1 => values.to_vec(),
+        length => values.chunks(length).flat_map(of_block).collect(),
+    }
+}
+
+/// A quarter and three quarters along.
+fn middles(block: &[f64]) -> [f64; 2] {
+    [block[block.len() / 4], block[3 * block.len() / 4]]
 }
 
 /// The smallest and the largest value, in their order of appearance.
 fn extremes(block: &[f64]) -> [f64; 2] {
-    let (mut low, mut high) = ((0, f64::NAN), (0, f64::NAN));
-    for (index, &value) in block.iter().enumerate() {
-        if low.1.is_nan() || value < low.1 {
-            low = (index, value);
-        }
-        if high.1.is_nan() || value > high.1 {
-            high = (index, value);
-        }
-    }
-    match low.0 <= high.0 {
-        true => [low.1, high.1],
-        false => [high.1, low.1],
-    }
+    let finite = || (0..block.len()).filter(|n| !block[*n].is_nan());
+    let by_value = |a: &usize, b: &usize| block[*a].total_cmp(&block[*b]);
+    let low = finite().min_by(by_value);
+    let high = finite().rev().max_by(by_value);
+    let at = |n: Option<usize>| n.map_or(f64::NAN, |n| block[n]);
+    [low.min(high), low.max(high)].map(at)
 }

@@ -3,33 +3,19 @@
 use ndarray::ArrayView2;
 use serde::Serialize;
 
-use super::{Role, doubles, sentence_case, singles};
-use crate::analyze::{Map, Reduction};
-use crate::sheet::{Colors, Curve, HeatChart};
+use super::{doubles, singles};
+use crate::sheet::{Colors, Curve, HeatChart, Map, Reduction, Role};
 
 #[derive(Debug, Clone, Serialize)]
-pub(in crate::report) struct AxisData {
+pub(super) struct AxisData {
     pub label: String,
     low: f64,
     high: f64,
     role: Role,
     /// A second reading: its label, and what values are multiplied by.
     second: Option<(String, f64)>,
-    /// A value marked across the picture.
-    mark: Option<f64>,
-}
-
-impl AxisData {
-    pub fn new(label: &str, (low, high): (f64, f64), role: Role) -> AxisData {
-        AxisData {
-            label: label.into(),
-            low,
-            high,
-            role,
-            second: None,
-            mark: None,
-        }
-    }
+    /// Values marked across the picture.
+    marks: Vec<f64>,
 }
 
 /// A line over a map, with breaks where its values are NaN.
@@ -47,14 +33,14 @@ pub(in crate::report) struct MapData {
     pub title: String,
     #[serde(skip)]
     pub caption: String,
-    pub x: AxisData,
-    pub y: AxisData,
+    pub(super) x: AxisData,
+    pub(super) y: AxisData,
     label: String,
     signed: bool,
     /// Whether the page opens with linear colours; those of signed values are linear anyway.
     linear: bool,
     /// Axis that the curve beside the map runs along at first.
-    pub along: &'static str,
+    along: &'static str,
     /// Magnitude at which a linear colour scale ends; by default the largest.
     limit: Option<f64>,
     /// Least and largest value of the colour scale, where other maps share it.
@@ -67,7 +53,7 @@ pub(in crate::report) struct MapData {
     lines: Vec<LineData>,
     /// What values along y are multiplied by for the ends of their 95 % interval.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub interval: Option<[f64; 2]>,
+    interval: Option<[f64; 2]>,
 }
 
 /// The cells of a map.
@@ -123,202 +109,130 @@ impl CellData {
 }
 
 impl MapData {
-    /// A map of a result, with axes of these roles; `shows` says what to look for.
-    pub fn of(map: &Map, id: &str, title: &str, shows: &str, (x, y): (Role, Role)) -> MapData {
-        let axes = [
-            AxisData::new(&map.x.label, (map.x.low, map.x.high), x),
-            AxisData::new(&map.y.label, (map.y.low, map.y.high), y),
+    /// A map whose axes have roles.
+    pub fn of(id: String, title: String, map: &HeatChart) -> Option<MapData> {
+        let roles = map.roles?;
+        let reduced = map.reduced.as_deref();
+        let ends = match reduced {
+            Some(whole) => [&whole.x, &whole.y].map(|axis| [axis.low, axis.high]),
+            None => [&map.x, &map.y].map(|range| [range.start, range.end]),
+        };
+        let named = map.marks.iter().filter(|mark| !mark.label.is_empty());
+        let marks = [
+            named.map(|mark| mark.at).collect(),
+            map.levels.iter().map(|level| level.at).collect(),
         ];
-        let heading = (id.into(), title.into());
-        let detail = map.detail.as_ref().map(|part| DetailData {
-            x: [part.x.low, part.x.high],
-            y: [part.y.low, part.y.high],
-            cells: CellData::of(part),
+        let labels = [&map.x_label, &map.y_label];
+        let axes = roles.iter().zip(labels).zip(ends.iter().zip(marks));
+        let mut axes = axes.map(|((role, label), (ends, marks))| AxisData {
+            label: label.clone(),
+            low: ends[0],
+            high: ends[1],
+            role: *role,
+            second: map.second.clone().filter(|_| *role == Role::Wavenumber),
+            marks,
         });
-        MapData {
-            signed: matches!(map.reduction, Reduction::Extreme { .. }),
-            detail,
-            ..MapData::new(
-                heading,
-                caption(shows, map),
-                axes,
-                &map.label,
-                CellData::of(map),
-            )
-        }
-    }
-
-    /// A map of values that are not negative.
-    pub fn spectrum(
-        heading: (String, String),
-        caption: String,
-        axes: [AxisData; 2],
-        label: &str,
-        values: ArrayView2<f64>,
-    ) -> MapData {
-        MapData::new(heading, caption, axes, label, CellData::of_values(values))
-    }
-
-    fn new(
-        (id, title): (String, String),
-        caption: String,
-        [x, y]: [AxisData; 2],
-        label: &str,
-        cells: CellData,
-    ) -> MapData {
-        MapData {
+        let (x, y) = axes.next().zip(axes.next())?;
+        let (signed, limit, range) = match &map.colors {
+            Colors::Between(range) if range.start == -range.end => {
+                (true, Some(range.end), map.shared)
+            }
+            Colors::Signed { limit, .. } => (true, Some(*limit), map.shared),
+            Colors::Between(range) => (false, None, Some([range.start, range.end])),
+            Colors::Powers => (false, None, map.shared),
+        };
+        Some(MapData {
             id,
             title,
-            caption,
+            caption: caption(map),
             x,
             y,
-            label: label.into(),
-            signed: false,
-            linear: false,
-            along: "y",
-            limit: None,
-            range: None,
-            cells,
-            detail: None,
-            lines: Vec::new(),
-            interval: None,
-        }
-    }
-
-    /// The map of a chart whose axes have roles.
-    pub fn of_chart(id: &str, map: &HeatChart) -> Option<MapData> {
-        let [x, y] = map.roles?;
-        let axes = [
-            AxisData::new(&map.x_label, (map.x.start, map.x.end), x),
-            AxisData::new(&map.y_label, (map.y.start, map.y.end), y),
-        ];
-        let heading = (id.to_owned(), sentence_case(&map.title));
-        let of_map = MapData::spectrum(
-            heading,
-            map.caption.clone(),
-            axes,
-            &map.label,
-            map.values.view(),
-        );
-        let mut of_map = match &map.colors {
-            Colors::Powers => of_map,
-            Colors::Between(range) => {
-                let is_signed = range.start == -range.end;
-                MapData {
-                    linear: true,
-                    signed: is_signed,
-                    range: (!is_signed).then_some([range.start, range.end]),
-                    ..of_map.with_limit(if is_signed { range.end } else { 0.0 })
-                }
-            }
-        };
-        of_map.draw_over(&map.curves);
-        Some(of_map)
-    }
-
-    /// Draws curves over it, which its caption names.
-    pub fn draw_over(&mut self, curves: &[Curve]) {
-        let mut name = "";
-        for curve in curves {
-            if !curve.label.is_empty() {
-                name = &curve.label;
-            }
-            self.lines.push(LineData {
-                name: name.to_owned(),
-                x: doubles(curve.points.iter().map(|point| point.0)),
-                y: doubles(curve.points.iter().map(|point| point.1)),
-            });
-        }
-        let names = curves.iter().map(|curve| &curve.label[..]);
-        let names: Vec<&str> = names.filter(|name| !name.is_empty()).collect();
-        if !names.is_empty() {
-            self.caption = format!("{} Dashed curves: {}.", self.caption, names.join("; "));
-        }
-    }
-
-    /// With a part of these ends on x and y, which the page shows at first.
-    pub fn with_detail(mut self, [x, y]: [(f64, f64); 2], values: ArrayView2<f64>) -> Self {
-        self.detail = Some(DetailData {
-            x: x.into(),
-            y: y.into(),
-            cells: CellData::of_values(values),
-        });
-        self
-    }
-
-    /// Says what the page does not show at first.
-    pub fn limited(mut self, not_shown: Option<String>) -> Self {
-        self.caption.extend(not_shown.as_deref().map(page_opens));
-        self
+            label: map.label.clone(),
+            signed,
+            linear: !matches!(map.colors, Colors::Powers),
+            along: match roles {
+                [
+                    Role::Wavenumber | Role::Frequency,
+                    Role::Time | Role::Position,
+                ] => "x",
+                _ => "y",
+            },
+            limit,
+            range,
+            cells: match reduced {
+                Some(whole) => CellData::of(whole),
+                None => CellData::of_values(map.values.view()),
+            },
+            detail: reduced
+                .and_then(|whole| whole.detail.as_ref())
+                .map(|part| DetailData {
+                    x: [part.x.low, part.x.high],
+                    y: [part.y.low, part.y.high],
+                    cells: CellData::of(part),
+                }),
+            lines: lines(&map.curves),
+            interval: map.interval,
+        })
     }
 
     /// Whether the page shows a part of it at first.
     pub fn has_detail(&self) -> bool {
         self.detail.is_some()
     }
+}
 
-    pub fn with_limit(mut self, limit: f64) -> Self {
-        self.limit = (limit > 0.0).then_some(limit);
-        self
-    }
-
-    pub fn with_range(mut self, range: Option<[f64; 2]>) -> Self {
-        self.range = range;
-        self
-    }
-
-    /// Marks values, and gives wavenumbers their second reading.
-    pub fn annotated(
-        mut self,
-        frequency: Option<f64>,
-        wavenumber: Option<f64>,
-        second: &Option<(String, f64)>,
-    ) -> Self {
-        for axis in [&mut self.x, &mut self.y] {
-            match axis.role {
-                Role::Frequency => axis.mark = frequency,
-                Role::Wavenumber => {
-                    axis.second = second.clone();
-                    axis.mark = wavenumber;
-                }
-                Role::Time | Role::Position => {}
-            }
+/// Each curve under its name, or that of the one before.
+fn lines(curves: &[Curve]) -> Vec<LineData> {
+    let mut name = "";
+    let lines = curves.iter().map(|curve| {
+        if !curve.label.is_empty() {
+            name = &curve.label;
         }
-        self
-    }
+        LineData {
+            name: name.to_owned(),
+            x: doubles(curve.points.iter().map(|point| point.0)),
+            y: doubles(curve.points.iter().map(|point| point.1)),
+        }
+    });
+    lines.collect()
 }
 
 /// What pictures that open on a part of their axes leave out, as a sentence after others.
-pub(in crate::report) fn page_opens(not_shown: &str) -> String {
+pub(super) fn page_opens(not_shown: &str) -> String {
     format!(" At first {not_shown}.")
 }
 
-fn caption(shows: &str, map: &Map) -> String {
-    let (what, rows, columns) = match map.shown().reduction {
-        Reduction::Max { rows, columns } => ("the largest value", rows, columns),
-        Reduction::Extreme { rows, columns } => ("the value of largest magnitude", rows, columns),
-    };
-    let whole = match map.reduction {
-        Reduction::Max { rows, columns } | Reduction::Extreme { rows, columns } => (rows, columns),
-    };
-    let signs = match map.reduction {
-        Reduction::Extreme { .. } => ", or grey where it holds both signs",
-        Reduction::Max { .. } => "",
-    };
-    let cells = match rows * columns {
-        0 | 1 => "Each cell is a sample".to_owned(),
-        _ => format!("Each cell shows {what} of {rows} × {columns} samples{signs}"),
-    };
-    match (map.detail.is_some(), rows * columns) {
-        (false, 0 | 1) => shows.into(),
-        (true, _) if whole != (rows, columns) => {
-            format!(
-                "{shows} {cells}; in the whole picture, {what} of {} × {}.",
-                whole.0, whole.1
-            )
+/// What it shows, how much a cell holds, the names of its curves, and what it leaves out at first.
+fn caption(map: &HeatChart) -> String {
+    let mut caption = map.caption.clone();
+    if let Some(whole) = &map.reduced {
+        let cells = |of: &Map| {
+            let (rows, columns) = of.reduction.samples();
+            format!("{rows} × {columns}")
+        };
+        let [fine, coarse] = [cells(whole.shown()), cells(whole)];
+        let (what, signs) = match whole.reduction {
+            Reduction::Max { .. } => ("the largest value", ""),
+            Reduction::Extreme { .. } => (
+                "the value of largest magnitude",
+                ", or grey where it holds both signs",
+            ),
+        };
+        if coarse != "1 × 1" {
+            caption += &format!(" Each cell shows {what} of {fine} samples{signs}");
+            if fine != coarse {
+                caption += &format!("; in the whole picture, {what} of {coarse}");
+            }
+            caption += ".";
         }
-        _ => format!("{shows} {cells}."),
     }
+    let names = map.curves.iter().map(|curve| &curve.label[..]);
+    let names: Vec<&str> = names.filter(|name| !name.is_empty()).collect();
+    if !names.is_empty() {
+        caption += &format!(" Dashed curves: {}.", names.join("; "));
+    }
+    caption.extend(map.not_shown.as_deref().map(page_opens));
+    caption
 }
 
 /// What a point of a curve along a map is, if not one sample.

@@ -10,9 +10,10 @@ use maud::{DOCTYPE, Markup, PreEscaped, Render, html as markup};
 use serde::Serialize;
 
 use crate::plot::{self, ColorScale, Colormap, Depth, Style};
-pub(super) use crate::sheet::{Look, Role};
-pub(super) use curves::{Chart, CurveGroup, Series, Weight};
-pub(super) use map::{AxisData, MapData, page_opens};
+use crate::unit::scientific;
+pub(super) use curves::CurveGroup;
+pub(super) use map::MapData;
+use map::page_opens;
 
 const PLOTLY: &str = include_str!("../../../assets/plotly/plotly-cartesian.min.js");
 const SCRIPT: &str = include_str!("../../../assets/page.js");
@@ -400,24 +401,6 @@ pub(super) fn number(value: f64) -> String {
             let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
             rounded.to_string().replace('-', "−")
         }
-        _ => in_powers(value, 3),
+        _ => scientific(value, 3).replace('-', "−"),
     }
-}
-
-/// A number in powers of ten, with this many digits after the point.
-pub(super) fn in_powers(value: f64, digits: usize) -> String {
-    let text = format!("{value:.digits$e}");
-    let Some((mantissa, exponent)) = text.split_once('e') else {
-        return text;
-    };
-    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let raised = exponent.chars().map(|c| match c.to_digit(10) {
-        Some(digit) => DIGITS[digit as usize],
-        None => '⁻',
-    });
-    format!(
-        "{}·10{}",
-        mantissa.replace('-', "−"),
-        raised.collect::<String>()
-    )
 }

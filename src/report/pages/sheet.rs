@@ -5,7 +5,7 @@ use maud::{Markup, html as markup};
 use crate::plot::Style;
 use crate::report::Provenance;
 use crate::report::page::{self, CurveGroup, MapData, Page, Picture, sentence_case};
-use crate::sheet::{Describe, Plot, Sheet, Table};
+use crate::sheet::{Chart, Describe, FigureLayout, Plot, Sheet, Table};
 
 /// The page of a result with the name `data`.
 ///
@@ -14,23 +14,6 @@ use crate::sheet::{Describe, Plot, Sheet, Table};
 pub fn sheet_html(
     found: &dyn Describe,
     sheet: &Sheet,
-    data: &str,
-    provenance: &Provenance,
-    style: &Style,
-) -> serde_json::Result<String> {
-    let plots = found.pictures().into_iter().flat_map(|row| row.plots);
-    let rows = plots.enumerate().filter_map(|(n, plot)| picture(n, &plot));
-    let rows = rows.map(|picture| vec![picture]).collect();
-    page_of(sheet, rows, data, provenance, style)
-}
-
-/// The page of a described result with these pictures.
-///
-/// # Errors
-/// None for results of this library.
-pub(super) fn page_of(
-    sheet: &Sheet,
-    rows: Vec<Vec<Picture>>,
     data: &str,
     provenance: &Provenance,
     style: &Style,
@@ -57,7 +40,7 @@ pub(super) fn page_of(
         sentence: sheet.about.clone(),
         answers: page::facts(&of(false)),
         warnings: page::warnings(&warnings.collect::<Vec<_>>()),
-        rows,
+        rows: rows(&found.figures()),
         rest: markup! {
             (page::numbers(markup! {
                 div class="tables" {
@@ -74,11 +57,55 @@ pub(super) fn page_of(
     Ok(page.html(&sentence_case(&sheet.answer), ""))
 }
 
-/// The n-th plot; a map whose axes count nothing known is drawn in figures alone.
-fn picture(n: usize, plot: &Plot) -> Option<Picture> {
+/// A picture for each plot, or for charts that share their x. Plots of figures that have names stand in their rows.
+fn rows(figures: &[FigureLayout]) -> Vec<Vec<Picture>> {
+    let mut rows = Vec::new();
+    let mut count = 0;
+    for figure in figures {
+        let plots = figure.rows.iter().flat_map(|row| &row.plots);
+        if figure.shared_x {
+            let charts: Vec<&Chart> = plots.filter_map(Plot::as_chart).collect();
+            let group = CurveGroup::of(figure.name.into(), figure.title.clone(), &charts);
+            rows.push(Vec::from_iter(group.map(Picture::from)));
+            continue;
+        }
+        let mut n = 0;
+        for row in &figure.rows {
+            let mut pictures = Vec::new();
+            for plot in &row.plots {
+                let id = match (figure.name, plot) {
+                    ("", Plot::Chart(_)) => format!("chart-{count}"),
+                    ("", Plot::Map(_)) => format!("map-{count}"),
+                    (name, _) if n == 0 => name.to_owned(),
+                    (name, _) => format!("{name}-{}", n + 1),
+                };
+                (n, count) = (n + 1, count + 1);
+                pictures.extend(picture(id, title(figure, plot.title()), plot));
+            }
+            match figure.name {
+                "" => rows.extend(pictures.into_iter().map(|picture| vec![picture])),
+                _ => rows.push(pictures),
+            }
+        }
+    }
+    rows.retain(|row| !row.is_empty());
+    rows
+}
+
+/// Of a plot with this title.
+fn title(figure: &FigureLayout, plot: &str) -> String {
+    match (&*figure.title, plot) {
+        (title, "") => title.to_owned(),
+        ("", plot) => sentence_case(plot),
+        (title, plot) => format!("{title}: {plot}"),
+    }
+}
+
+/// A map whose axes count nothing known is drawn in figures alone.
+fn picture(id: String, title: String, plot: &Plot) -> Option<Picture> {
     match plot {
-        Plot::Chart(chart) => Some(CurveGroup::of_chart(&format!("chart-{n}"), "", chart).into()),
-        Plot::Map(map) => MapData::of_chart(&format!("map-{n}"), map).map(Picture::from),
+        Plot::Chart(chart) => CurveGroup::of(id, title, &[chart]).map(Picture::from),
+        Plot::Map(map) => MapData::of(id, title, map).map(Picture::from),
     }
 }
 

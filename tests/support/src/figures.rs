@@ -6,7 +6,25 @@ use ndarray::Array2;
 use wavecascade::Field;
 use wavecascade::analyze::*;
 use wavecascade::field::Axis;
+use wavecascade::plot::{Figure, Style, figures_of};
 use wavecascade::prepare::{Window, WindowGains};
+
+/// The figures of an analysis.
+pub fn drawn(analysis: &Analysis, style: &Style) -> Vec<Figure> {
+    figures_of(
+        analysis,
+        &analysis.words(),
+        &analysis.name,
+        "analyze",
+        style,
+    )
+}
+
+/// The one of this name.
+pub fn figure(analysis: &Analysis, name: &str, style: &Style) -> Figure {
+    let mut all = drawn(analysis, style).into_iter();
+    all.find(|figure| figure.name() == name).expect(name)
+}
 
 /// A pulse that slows down and breaks into high frequencies, 400 times by 300 sites.
 pub fn full() -> Analysis {

@@ -2,19 +2,19 @@
 
 use std::f64::consts::PI;
 
-pub(crate) use crate::analyze::labels::{frequency, position, time, wavenumber};
+pub(super) use crate::analyze::labels::{frequency, position, time, wavenumber};
 use crate::analyze::{Analysis, Axes, Extent};
 use crate::sheet::{Role, three_digits};
 
 /// The second reading of a wavenumber axis: `k a / π` with the site spacing a.
-pub(crate) fn wavenumber_reading(axes: &Axes) -> Option<(String, f64)> {
+pub(super) fn wavenumber_reading(axes: &Axes) -> Option<(String, f64)> {
     let factor = axes.space.step / PI;
     (factor.is_finite() && factor > 0.0).then(|| ("k a / π  (a: site spacing)".into(), factor))
 }
 
 /// An axis of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Side {
+pub(super) enum Side {
     Time,
     Space,
     Frequency,
@@ -77,7 +77,7 @@ impl Side {
 
 /// What a figure over these axes does not show, with its share of the energy; `None` where it shows
 /// all. `shares` are left out where they are those of another spectrum.
-pub(crate) fn not_shown(analysis: &Analysis, sides: &[Side], shares: bool) -> Option<String> {
+pub(super) fn not_shown(analysis: &Analysis, sides: &[Side], shares: bool) -> Option<String> {
     let mut parts = Vec::new();
     for &side in sides {
         let extent = side.extent(analysis);

@@ -1,12 +1,12 @@
 //! The cumulative spectra that an answer rests on.
 
-use super::words;
+use super::answer::{Words, both};
+use super::sides;
 use crate::analyze::Analysis;
-use crate::analyze::sheet::{Words, both};
 use crate::moved::{Evidence, GroupSpectrum, Movement, Place, Verdict};
-use crate::plot::labels;
-use crate::report::page::{Chart, CurveGroup, Role, Series, Weight};
-use crate::sheet::{BLUE, VERMILLION};
+use crate::sheet::{
+    BLUE, Chart, FigureLayout, Mark, PlotRow, Role, Series, VERMILLION, Weight, around,
+};
 
 /// Groups drawn at most, beside those compared.
 const THIN: usize = 6;
@@ -20,8 +20,8 @@ const MOST: f64 = 0.995;
 /// Ends over the frequency below which a tenth of the energy lies, from which on the axis is logarithmic.
 const WIDE: f64 = 40.0;
 
-/// Rows of two pictures, along x and in time: the moves along the profile, and the cumulative spectra.
-pub(super) fn of(analysis: &Analysis) -> Vec<Vec<CurveGroup>> {
+/// Figures of two charts, along x and in time: the moves along the profile, and the cumulative spectra.
+pub(super) fn figures(analysis: &Analysis) -> Vec<FigureLayout> {
     let (Some(answer), Some(words)) = (&analysis.answer, Words::of(analysis)) else {
         return Vec::new();
     };
@@ -32,43 +32,62 @@ pub(super) fn of(analysis: &Analysis) -> Vec<Vec<CurveGroup>> {
         |place: &Place| words.time(place),
     );
     let along_x = answer.along_x.as_ref().map(|evidence| Curves {
-        ids: ["profile-along-x", "moved-along-x"],
-        along: (labels::position(axes), Role::Position),
-        label: (labels::frequency(axes), Role::Frequency),
+        name: "moved-along-x",
+        titles: [
+            "Energy moved in frequency, along x",
+            "Cumulative spectra C(f) along x",
+        ],
+        captions: [PROFILE_ALONG_X, MOVED_ALONG_X],
+        along: (sides::position(axes), Role::Position),
+        label: (sides::frequency(axes), Role::Frequency),
         symbol: "f",
         evidence,
         of: f,
         marks: moved(f, both(f, |f| words.frequency(f))),
-        name: &sites,
+        name_of: &sites,
     });
     let in_time = answer.along_t.as_ref().map(|evidence| Curves {
-        ids: ["profile-in-time", "moved-in-time"],
-        along: (labels::time(axes), Role::Time),
-        label: (labels::wavenumber(axes), Role::Wavenumber),
+        name: "moved-in-time",
+        titles: [
+            "Energy moved in wavenumber, in time",
+            "Cumulative spectra C(k) in time",
+        ],
+        captions: [PROFILE_IN_TIME, MOVED_IN_TIME],
+        along: (sides::time(axes), Role::Time),
+        label: (sides::wavenumber(axes), Role::Wavenumber),
         symbol: "k",
         evidence,
         of: k,
         marks: moved(k, both(k, |k| words.wavenumber(k))),
-        name: &time,
+        name_of: &time,
     });
-    let rows = along_x.into_iter().map(Curves::row);
-    let mut rows: Vec<_> = rows.chain(in_time.map(Curves::row)).collect();
-    rows.iter_mut()
-        .for_each(|row| row.retain(CurveGroup::has_values));
-    rows.retain(|row| !row.is_empty());
-    rows
+    let curves = along_x.into_iter().chain(in_time);
+    curves.map(Curves::figure).collect()
 }
 
+const PROFILE_ALONG_X: &str = "The share of the energy that lies above a frequency at a group of sites and below it at \
+    the first one (up), or the reverse (down), with 95 % intervals. A curve that rises and falls is a move that comes \
+    back.";
+const PROFILE_IN_TIME: &str = "The share of the energy that lies above a wavenumber at some times and below it at the \
+    first ones (up), or the reverse (down), with 95 % intervals, while the wave is inside.";
+const MOVED_ALONG_X: &str = "The gap between bold curves is what moved. A curve to the right of another has its energy \
+    at higher frequency; curves that coincide have moved nothing. Colours run along x, from blue to orange; thin curves \
+    are other groups of sites. Energy is that of the front window of a pulse, or of the record of a steady field, noise \
+    subtracted, each group's total being 1.";
+const MOVED_IN_TIME: &str = "The gap between bold curves is what moved. They are averages over times at which the wave \
+    is inside. A curve to the right of another has its energy at higher wavenumber. Colours run in time, from blue to \
+    orange.";
+
 /// What a verdict states, of the shares that moved up and down.
-fn moved(of: &Movement, [up, down]: [String; 2]) -> Vec<(f64, String)> {
-    let [up, down] = [(of.up.at, up), (of.down.at, down)];
+fn moved(of: &Movement, [up, down]: [String; 2]) -> Vec<Mark> {
+    let [up, down] = [Mark::new(of.up.at, up), Mark::new(of.down.at, down)];
     let mut stated = match of.verdict {
         Verdict::Up => vec![up],
         Verdict::Down => vec![down],
         Verdict::Spreads => vec![up, down],
         Verdict::Unchanged | Verdict::Untold => Vec::new(),
     };
-    stated.retain(|(at, _)| at.is_finite());
+    stated.retain(|mark| mark.at.is_finite());
     stated
 }
 
@@ -84,34 +103,56 @@ fn ends(evidence: &Evidence, of: &Movement) -> Option<[usize; 2]> {
 
 /// The moves along x or in time, and the spectra of the groups.
 struct Curves<'a> {
-    /// Of the moves and of the spectra.
-    ids: [&'static str; 2],
+    name: &'static str,
+    /// Of the moves and of the spectra, as all pairs.
+    titles: [&'static str; 2],
+    captions: [&'static str; 2],
     along: (String, Role),
     label: (String, Role),
     /// Of frequency or wavenumber.
     symbol: &'static str,
     evidence: &'a Evidence,
     of: &'a Movement,
-    marks: Vec<(f64, String)>,
-    name: &'a dyn Fn(&Place) -> String,
+    marks: Vec<Mark>,
+    name_of: &'a dyn Fn(&Place) -> String,
 }
 
 impl Curves<'_> {
-    fn row(self) -> Vec<CurveGroup> {
-        vec![self.profile(), self.group()]
+    fn figure(self) -> FigureLayout {
+        FigureLayout {
+            name: self.name,
+            rows: vec![PlotRow::of([self.profile(), self.spectra()])],
+            is_on_page_only: true,
+            ..FigureLayout::default()
+        }
+    }
+
+    fn chart(
+        &self,
+        n: usize,
+        (x_label, role): &(String, Role),
+        y: &str,
+        series: Vec<Series>,
+    ) -> Chart {
+        let chart = Chart::of(self.titles[n], x_label, y, series);
+        let values = chart.series.iter().flat_map(|series| &series.points);
+        Chart {
+            caption: self.captions[n].into(),
+            y: around(values.map(|point| point.1)),
+            role: Some(*role),
+            ..chart
+        }
     }
 
     /// What moved from the first group to each, with its 95 % interval.
-    fn profile(&self) -> CurveGroup {
-        let groups = self.evidence.groups.iter();
-        let places: Vec<f64> = groups.map(|group| group.place.at).collect();
+    fn profile(&self) -> Chart {
         let series = |name: &str, way: usize, color: usize| {
-            let moves = || self.evidence.moves.iter().map(|both| both[way]);
-            let shares: Vec<f64> = moves().map(|of| of.share).collect();
-            let errors = moves().map(|of| of.error);
-            Series::new(name, &shares)
-                .with_errors(errors)
-                .colored(color)
+            let groups = self.evidence.groups.iter().zip(&self.evidence.moves);
+            let points = groups.map(|(group, moves)| {
+                let of = &moves[way];
+                [group.place.at, of.share, of.error]
+            });
+            Series::with_errors(name, color, points)
         };
         let both = vec![
             series("moved up", 0, VERMILLION),
@@ -119,19 +160,14 @@ impl Curves<'_> {
         ];
         let most = self.of.to.filter(|_| self.of.moves());
         let most = most.zip(self.marks.first());
-        let (id, (label, role)) = (self.ids[0], self.along.clone());
-        let mut group = CurveGroup::new(
-            (id, words::title(id)),
-            words::curve_caption(id),
-            (label, Some(role)),
-            &places,
-            vec![Chart::new("share of energy moved", both)],
-        );
-        group.marks = Vec::from_iter(most.map(|(place, (_, text))| (place.at, text.clone())));
-        group
+        let most = most.map(|(place, mark)| Mark::new(place.at, mark.label.clone()));
+        Chart {
+            marks: most.into_iter().collect(),
+            ..self.chart(0, &self.along, "share of energy moved", both)
+        }
     }
 
-    fn group(self) -> CurveGroup {
+    fn spectra(&self) -> Chart {
         let groups = &self.evidence.groups;
         let bold = &self.evidence.compared;
         let thin = self.thin();
@@ -140,19 +176,21 @@ impl Curves<'_> {
         let drawn: Vec<&GroupSpectrum> = compared.iter().copied().chain(others).collect();
         let upper = &self.evidence.upper;
         let kept = kept(&drawn);
-        let mut x = vec![0.0];
-        x.extend(kept.iter().map(|&n| upper[n]));
         // A place between two others, from 0 to 1.
         let between = |n: usize, from: usize, to: usize| {
             let far = n.clamp(from, to) - from;
             far as f64 / (to - from).max(1) as f64
         };
         let curve = |n: usize, weight: Weight, shade: f64| {
-            let mut shares = vec![0.0];
-            shares.extend(kept.iter().map(|&kept| groups[n].cumulative[kept]));
-            let mut series = Series::new((self.name)(&groups[n].place), &shares);
-            (series.weight, series.shade) = (weight, Some(shade));
-            series
+            let points = kept
+                .iter()
+                .map(|&kept| (upper[kept], groups[n].cumulative[kept]));
+            let points = [(0.0, 0.0)].into_iter().chain(points).collect();
+            Series {
+                weight,
+                shade: Some(shade),
+                ..Series::line((self.name_of)(&groups[n].place), BLUE, points)
+            }
         };
         // Those compared by their order, others by how far they are from the first to the last of these.
         let (first, last) = (bold[0], bold[bold.len() - 1]);
@@ -164,17 +202,15 @@ impl Curves<'_> {
             .map(|(rank, &n)| curve(n, Weight::Bold, between(rank, 0, bold.len() - 1)));
         let series = others.chain(compared_curves).chain(self.gaps()).collect();
         let label = format!("share of energy up to {}", self.symbol);
-        let (is_log, shown, not_shown) = self.axis(&compared);
-        let id = self.ids[1];
-        let mut group = CurveGroup::new(
-            (id, words::title(id)),
-            words::curve_caption(id),
-            (self.label.0, Some(self.label.1)),
-            &x,
-            vec![Chart::new(label, series)],
-        );
-        (group.log, group.cumulative, group.marks) = (is_log, true, self.marks);
-        group.limited(shown, not_shown)
+        let (log_x, [low, high], not_shown) = self.axis(&compared);
+        Chart {
+            log_x,
+            x: low..high,
+            not_shown,
+            is_cumulative: true,
+            marks: self.marks.clone(),
+            ..self.chart(1, &self.label, &label, series)
+        }
     }
 
     /// Whether the axis is logarithmic, its ends at first, and what lies beyond.
@@ -210,13 +246,15 @@ impl Curves<'_> {
         let Some(between) = ends(self.evidence, self.of) else {
             return Vec::new();
         };
-        let gap = |(at, text): &(f64, String)| {
+        let gap = |mark: &Mark| {
             let upper = &self.evidence.upper;
-            let n = upper.partition_point(|f| f < at).min(upper.len() - 1);
-            let ends = between.map(|group| (*at, self.evidence.groups[group].cumulative[n]));
-            let mut series = Series::points(text, &ends);
-            series.weight = Weight::Gap;
-            series
+            let n = upper.partition_point(|f| *f < mark.at).min(upper.len() - 1);
+            let share = |group: usize| self.evidence.groups[group].cumulative[n];
+            let ends = between.map(|group| (mark.at, share(group)));
+            Series {
+                weight: Weight::Gap,
+                ..Series::line(&*mark.label, BLUE, ends.to_vec())
+            }
         };
         self.marks.iter().map(gap).collect()
     }

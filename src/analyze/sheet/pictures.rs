@@ -1,0 +1,468 @@
+//! Figures of an analysis: maps, short-time spectra, and the content along x and along t.
+
+use std::ops::Range;
+
+use ndarray::{Array2, ArrayView2, s};
+
+use super::sides::{self, Side};
+use crate::analyze::labels::Power;
+use crate::analyze::{Analysis, DispersionCurve, Extent, Map, MapAxis, Moments, Reduction};
+use crate::analyze::{ShortTimeSpectra, ShortTimeSpectrum};
+use crate::moved::{Answer, Movement};
+use crate::sheet::{
+    BLUE, Chart, FigureLayout, GREEN, HeatChart, Level, Mark, PURPLE, PlotRow, Series, VERMILLION,
+    around, block_extremes, edges, magnitudes, six_digits,
+};
+
+/// Largest short-time map, bins by frames.
+const SHORT_LIMIT: (usize, usize) = (256, 400);
+/// Height of a map over that of a chart.
+const TALL: f64 = 1.7;
+/// Largest over least energy from which on their axis is logarithmic.
+const WIDE: f64 = 10.0;
+
+/// A map of an analysis.
+struct Kind {
+    name: &'static str,
+    title: &'static str,
+    /// What it shows, and what to look for.
+    shows: &'static str,
+    map: fn(&Analysis) -> Option<&Map>,
+    /// Of x and of y.
+    sides: [Side; 2],
+}
+
+/// In the order of reading.
+const MAPS: [Kind; 5] = [
+    Kind {
+        name: "space-time",
+        title: "Field v(t, x)",
+        shows: "The samples themselves. Slopes are speeds: a steeper band is slower. Look for the leading pulse, what it \
+                leaves behind, and reflections.",
+        map: |analysis| analysis.field_map.as_ref(),
+        sides: [Side::Space, Side::Time],
+    },
+    Kind {
+        name: SPACETIME,
+        title: "Space-time spectrum S(k, f)",
+        shows: "Energy by wavenumber and frequency: the right half travels towards +x, the left half towards −x. Ridges are \
+                dispersion curves, gaps are band gaps; in a chain with a cell of two sites, folding shows a few per cent of \
+                a one-way wave on the other side.",
+        map: |analysis| analysis.spacetime_map.as_ref(),
+        sides: [Side::SignedWavenumber, Side::Frequency],
+    },
+    Kind {
+        name: TEMPORAL,
+        title: "Temporal spectrum S(f, x)",
+        shows: "Which frequencies each site sees. A cascade fills the top of the picture as x grows; the dashed line is the \
+                frequency past which energy moves.",
+        map: |analysis| analysis.temporal_map.as_ref(),
+        sides: [Side::Space, Side::Frequency],
+    },
+    Kind {
+        name: "spatial-spectrum",
+        title: "Spatial spectrum S(k, t)",
+        shows: "Which wavenumbers the field holds at each time. A cascade spreads to the right as time goes on; the dashed \
+                line is the wavenumber past which energy moves.",
+        map: |analysis| analysis.spatial_map.as_ref(),
+        sides: [Side::Wavenumber, Side::Time],
+    },
+    Kind {
+        name: "flux-surrogate",
+        title: "Kinetic flux surrogate Π_K(k, t), positive towards high k",
+        shows: "Rate at which kinetic energy leaves the wavenumbers up to k, from velocity alone: positive towards high k. It \
+                counts exchange with contact energy too, so read it as a surrogate and compare it with an exact budget \
+                where one can be had.",
+        map: |analysis| analysis.flux_map.as_ref(),
+        sides: [Side::Wavenumber, Side::Time],
+    },
+];
+
+const SPACETIME: &str = "spacetime-spectrum";
+const TEMPORAL: &str = "temporal-spectrum";
+
+/// Those whose results are present.
+pub(super) fn figures(analysis: &Analysis) -> Vec<FigureLayout> {
+    let power = Power::of(analysis);
+    let maps = MAPS.iter().filter_map(|kind| kind.figure(analysis));
+    let in_time = analysis.short_time.as_ref().map(|spectra| Short {
+        analysis,
+        name: "short-time",
+        title: "Short-time spectra of chosen sites",
+        shows: "this site's record: when each frequency arrives",
+        count: "samples",
+        spectra,
+        sides: [Side::Time, Side::Frequency],
+        at: Side::Space,
+        label: power.over_frequency(),
+    });
+    let in_space = analysis.short_space.as_ref().map(|spectra| Short {
+        analysis,
+        name: "short-space",
+        title: "Short-space spectra at chosen times",
+        shows: "the profile at this time: where each wavenumber is",
+        count: "sites",
+        spectra,
+        sides: [Side::Space, Side::Wavenumber],
+        at: Side::Time,
+        label: power.over_wavenumber(),
+    });
+    let short = in_time.into_iter().chain(in_space);
+    let along_x = analysis.along_space.as_ref().map(|moments| Content {
+        analysis,
+        name: "along-x",
+        title: "Frequency content along x",
+        caption: "Centroid, median and 90 % frequency of each site, and its energy, over the whole record.",
+        moments,
+        along: analysis.axes.positions(),
+        sides: [Side::Space, Side::Frequency],
+        of_each: "site",
+        energy_label: power.of_site(),
+    });
+    let along_t = analysis.along_time.as_ref().map(|moments| Content {
+        analysis,
+        name: "along-t",
+        title: "Wavenumber content along t",
+        caption: "Centroid, median and 90 % wavenumber at each time, and the energy. A wall or the end of the record \
+                  shows as a step.",
+        moments,
+        along: analysis.axes.times(),
+        sides: [Side::Time, Side::Wavenumber],
+        of_each: "time",
+        energy_label: power.of_time(),
+    });
+    let content = along_x.into_iter().chain(along_t).map(Content::figure);
+    let direction = direction(analysis).filter(|_| analysis.spacetime_map.is_none());
+    let direction = direction.map(|chart| FigureLayout {
+        name: "direction",
+        rows: vec![PlotRow::of([chart])],
+        is_on_page_only: true,
+        ..FigureLayout::default()
+    });
+    maps.chain(short.filter_map(Short::figure))
+        .chain(content)
+        .chain(direction)
+        .collect()
+}
+
+/// Past which frequency or wavenumber energy is told to move.
+fn past(analysis: &Analysis, of: fn(&Answer) -> &Movement) -> Option<f64> {
+    of(analysis.answer.as_ref()?).past()
+}
+
+impl Kind {
+    fn figure(&self, analysis: &Analysis) -> Option<FigureLayout> {
+        let map = (self.map)(analysis)?;
+        let [x, y] = self.sides;
+        let is_spacetime = self.name == SPACETIME;
+        let past = |side: Side| match side {
+            Side::Frequency => past(analysis, |a| &a.frequency),
+            Side::Wavenumber => past(analysis, |a| &a.wavenumber),
+            _ => None,
+        };
+        let levels = past(y).filter(|_| !is_spacetime);
+        let standing = is_spacetime.then(|| Mark::new(0.0, ""));
+        let marks = past(x).map(|at| Mark::new(at, "verdict"));
+        let interval = analysis.interval.filter(|_| self.name == TEMPORAL);
+        let chart = HeatChart {
+            caption: self.shows.into(),
+            roles: Some(self.sides.map(Side::role)),
+            second: sides::wavenumber_reading(&analysis.axes),
+            marks: marks.into_iter().chain(standing).collect(),
+            levels: levels
+                .map(|at| Level::new(at, "verdict"))
+                .into_iter()
+                .collect(),
+            curves: match is_spacetime {
+                true => DispersionCurve::curves(&analysis.dispersion),
+                false => Vec::new(),
+            },
+            interval: interval.and_then(|interval| interval.factors),
+            not_shown: sides::not_shown(analysis, &self.sides, true),
+            ..HeatChart::of(map)
+        };
+        let interval = interval.map(|of| match (of.degrees_of_freedom, of.factors) {
+            (Some(degrees), Some([low, high])) => format!(
+                "95 % interval: {low:.3} to {high:.3} of a value ({degrees:.3} degrees of freedom)"
+            ),
+            _ => "no interval: a transient is one realisation".into(),
+        });
+        let shares = analysis.direction_of_waves().filter(|_| is_spacetime);
+        let shares = shares.map(|of| {
+            let percent = |share: f64| match share.is_finite() {
+                true => format!("{:.1} %", 100.0 * share),
+                false => "no energy".into(),
+            };
+            let [minus, plus, rest] =
+                [of.toward_minus_x, of.toward_plus_x, of.undirected].map(percent);
+            format!("← towards −x: {minus}, → towards +x: {plus}, undirected: {rest}")
+        });
+        let direction = direction(analysis).filter(|_| is_spacetime);
+        let rows = [PlotRow::of([chart]).high(TALL)].into_iter();
+        Some(FigureLayout {
+            name: self.name,
+            title: self.title.into(),
+            rows: rows
+                .chain(direction.map(|chart| PlotRow::of([chart]).high(0.5)))
+                .collect(),
+            notes: interval.into_iter().chain(shares).collect(),
+            ..FigureLayout::default()
+        })
+    }
+}
+
+/// The energy travelling each way at each frequency. Where the answer withholds the shares, nothing else states them.
+fn direction(analysis: &Analysis) -> Option<Chart> {
+    let [plus, minus] = analysis.direction_by_frequency.as_ref()?;
+    let is_any = [plus, minus]
+        .into_iter()
+        .flatten()
+        .any(|share| share.is_finite());
+    if analysis.undirected.is_some() || !is_any {
+        return None;
+    }
+    let frequency = &analysis.axes.frequency;
+    let series = vec![
+        Series::of("towards +x", BLUE, frequency, plus),
+        Series::of("towards −x", VERMILLION, frequency, minus),
+    ];
+    let chart = Chart::of(
+        "direction of travel at each frequency",
+        "",
+        "share of energy",
+        series,
+    );
+    Some(Chart {
+        caption:
+            "Share of the energy that travels each way. What is missing to 1 has no direction: it \
+                  lies on f = 0, on k = 0 or on a Nyquist line."
+                .into(),
+        y: 0.0..1.0,
+        ..along(chart, analysis, Side::Frequency)
+    })
+}
+
+/// With x as the display limits have it.
+fn along(chart: Chart, analysis: &Analysis, side: Side) -> Chart {
+    let extent = side.extent(analysis);
+    Chart {
+        x_label: side.label(&analysis.axes),
+        x: extent.low..extent.high,
+        role: Some(side.role()),
+        not_shown: sides::not_shown(analysis, &[side], true),
+        ..chart
+    }
+}
+
+/// Where the energy lies in frequency or wavenumber, along x or t.
+struct Content<'a> {
+    analysis: &'a Analysis,
+    name: &'static str,
+    title: &'static str,
+    caption: &'static str,
+    moments: &'a Moments,
+    along: Vec<f64>,
+    /// What it is along, and of which content.
+    sides: [Side; 2],
+    of_each: &'static str,
+    energy_label: String,
+}
+
+impl Content<'_> {
+    fn figure(self) -> FigureLayout {
+        FigureLayout {
+            name: self.name,
+            title: self.title.into(),
+            rows: vec![
+                PlotRow::of([self.content()]).high(0.8),
+                PlotRow::of([self.energies()]).high(0.5),
+            ],
+            shared_x: true,
+            ..FigureLayout::default()
+        }
+    }
+
+    fn curve(&self, label: &str, colour: usize, y: &[f64]) -> Series {
+        Series::of(label, colour, &self.along, y)
+    }
+
+    /// The part of values along x or t that is shown.
+    fn shown<'v>(&self, values: &'v [f64]) -> &'v [f64] {
+        &values[self.sides[0].extent(self.analysis).bins.clone()]
+    }
+
+    fn content(&self) -> Chart {
+        let Moments {
+            centroid,
+            median,
+            quantile_90,
+            ..
+        } = self.moments;
+        // A row of little energy beyond the display limits would stretch the axis.
+        let extent = self.sides[1].extent(self.analysis);
+        let half = 0.5 * (extent.high - extent.low) / (extent.bins.len() as f64 - 1.0).max(1.0);
+        let limits = extent.low - half..=extent.high + half;
+        let values = [centroid, median, quantile_90].map(|values| self.shown(values));
+        let values = values.into_iter().flatten().copied();
+        let y = around(values.filter(|value| extent.is_whole() || limits.contains(value)));
+        let curves = vec![
+            self.curve("centroid", BLUE, centroid),
+            self.curve("90 % of the energy lies below", VERMILLION, quantile_90),
+            self.curve("median", GREEN, median),
+        ];
+        let axes = &self.analysis.axes;
+        let chart = Chart::of("", "", self.sides[1].label(axes), curves);
+        Chart {
+            caption: self.caption.into(),
+            y,
+            second_y: self.sides[1].second_reading(axes),
+            ..along(chart, self.analysis, self.sides[0])
+        }
+    }
+
+    /// On a logarithmic axis where they are far apart.
+    fn energies(&self) -> Chart {
+        let energy = self.shown(&self.moments.energy);
+        let label = format!("energy of each {} (integral of its spectrum)", self.of_each);
+        let curves = vec![self.curve(&label, PURPLE, &self.moments.energy)];
+        let chart = Chart::of("", "", self.energy_label.clone(), curves);
+        let most = energy.iter().copied().fold(0.0, f64::max);
+        let chart = match energy.iter().any(|energy| WIDE * energy < most) {
+            true => chart.logarithmic(),
+            false => Chart {
+                y: around(energy.iter().copied()),
+                ..chart
+            },
+        };
+        along(chart, self.analysis, self.sides[0])
+    }
+}
+
+/// Spectra of short pieces.
+struct Short<'a> {
+    analysis: &'a Analysis,
+    name: &'static str,
+    title: &'static str,
+    /// What the pieces are of, and what their lengths count.
+    shows: &'static str,
+    count: &'static str,
+    spectra: &'a ShortTimeSpectra,
+    /// Of frames, and of bins.
+    sides: [Side; 2],
+    /// What each spectrum is at.
+    at: Side,
+    label: String,
+}
+
+impl Short<'_> {
+    /// `None` where there is no spectrum to show.
+    fn figure(self) -> Option<FigureLayout> {
+        let maps: Vec<Map> = self
+            .spectra
+            .spectra
+            .iter()
+            .map(|one| self.map(one))
+            .collect();
+        let shared = magnitudes(maps.iter().map(Map::shown));
+        let columns = match maps.len() {
+            0 => return None,
+            1 => 1,
+            2..=8 => 2,
+            _ => 3,
+        };
+        let spectra = self.spectra;
+        let caption = format!(
+            "Spectra of short pieces of {}. Segments of {} {}, {} apart, window {}.",
+            self.shows, spectra.segment, self.count, spectra.hop, spectra.window.name
+        );
+        let axes = &self.analysis.axes;
+        let charts = maps
+            .iter()
+            .zip(&spectra.spectra)
+            .map(|(map, one)| HeatChart {
+                title: format!("{} = {}", self.at.label(axes), six_digits(one.at)),
+                caption: caption.clone(),
+                roles: Some(self.sides.map(Side::role)),
+                second: sides::wavenumber_reading(axes),
+                shared: Some(shared),
+                not_shown: sides::not_shown(self.analysis, &self.sides, false),
+                ..HeatChart::of(map)
+            });
+        let mut grid = FigureLayout::grid(self.title, columns, charts);
+        grid.rows.iter_mut().for_each(|row| row.height = 1.4);
+        Some(FigureLayout {
+            name: self.name,
+            ..grid
+        })
+    }
+
+    /// A spectrum with the part of it that is shown.
+    fn map(&self, one: &ShortTimeSpectrum) -> Map {
+        let whole = [0..self.spectra.frames.len(), 0..self.spectra.bins.len()];
+        let part = [
+            within(&self.spectra.frames, self.sides[0].extent(self.analysis)),
+            within(&self.spectra.bins, self.sides[1].extent(self.analysis)),
+        ];
+        let detail = (part != whole).then(|| Box::new(self.part(one, part)));
+        Map {
+            detail,
+            ..self.part(one, whole)
+        }
+    }
+
+    fn part(&self, one: &ShortTimeSpectrum, [frames, bins]: [Range<usize>; 2]) -> Map {
+        let values = one.values.slice(s![bins.clone(), frames.clone()]);
+        let axis = |side: Side, centres: &[f64]| {
+            let (low, high) = edges(centres);
+            MapAxis {
+                label: side.label(&self.analysis.axes),
+                low,
+                high,
+            }
+        };
+        let cells = SHORT_LIMIT;
+        Map {
+            values: self.known(values),
+            x: axis(self.sides[0], &self.spectra.frames[frames]),
+            y: axis(self.sides[1], &self.spectra.bins[bins]),
+            reduction: Reduction::Max {
+                rows: values.nrows().div_ceil(cells.0).max(1),
+                columns: values.ncols().div_ceil(cells.1).max(1),
+            },
+            label: self.label.clone(),
+            ..Map::default()
+        }
+    }
+
+    /// Without what is below the error of the samples, which a scale of a site that is not reached would show.
+    fn known(&self, values: ArrayView2<f64>) -> Array2<f32> {
+        let error = self.analysis.sample_error.unwrap_or(0.0);
+        let least = error * error * self.spectra.largest();
+        let known = |value: f64| {
+            if value >= least {
+                value as f32
+            } else {
+                f32::NAN
+            }
+        };
+        block_extremes(values, SHORT_LIMIT).mapv(known)
+    }
+}
+
+/// The bins (frames) at `centres` that lie within the display limits of their axis, by index; all of
+/// them where there are none.
+fn within(centres: &[f64], extent: &Extent) -> Range<usize> {
+    if extent.is_whole() {
+        return 0..centres.len();
+    }
+    let slack = 1e-9 * (extent.high - extent.low);
+    let is_below = |centre: &f64| *centre < extent.low - slack;
+    let first = centres.partition_point(is_below);
+    // The bin after the last one still holds a part of what is shown.
+    let end = centres.partition_point(|centre| *centre < extent.high - slack) + 1;
+    let end = end.min(centres.len());
+    match first < end {
+        true => first..end,
+        false => 0..centres.len(),
+    }
+}

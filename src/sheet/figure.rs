@@ -1,0 +1,116 @@
+//! Figures as data: plots in rows.
+
+use super::{Chart, HeatChart};
+
+/// One plot.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Plot {
+    Chart(Chart),
+    Map(HeatChart),
+}
+
+impl Plot {
+    pub fn title(&self) -> &str {
+        match self {
+            Plot::Chart(chart) => &chart.title,
+            Plot::Map(map) => &map.title,
+        }
+    }
+
+    pub fn as_chart(&self) -> Option<&Chart> {
+        match self {
+            Plot::Chart(chart) => Some(chart),
+            Plot::Map(_) => None,
+        }
+    }
+
+    pub fn as_map(&self) -> Option<&HeatChart> {
+        match self {
+            Plot::Chart(_) => None,
+            Plot::Map(map) => Some(map),
+        }
+    }
+}
+
+impl From<Chart> for Plot {
+    fn from(chart: Chart) -> Plot {
+        Plot::Chart(chart)
+    }
+}
+
+impl From<HeatChart> for Plot {
+    fn from(map: HeatChart) -> Plot {
+        Plot::Map(map)
+    }
+}
+
+/// Plots beside each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlotRow {
+    pub plots: Vec<Plot>,
+    /// Cells that the row is divided into.
+    pub columns: usize,
+    /// Height of its frames over the usual one, where they are wide enough: no frame is higher than 0.62 of its width.
+    pub height: f64,
+}
+
+impl PlotRow {
+    /// A row that its plots fill.
+    pub fn of(plots: impl IntoIterator<Item = impl Into<Plot>>) -> PlotRow {
+        let plots: Vec<Plot> = plots.into_iter().map(Into::into).collect();
+        PlotRow {
+            columns: plots.len().max(1),
+            plots,
+            height: 1.0,
+        }
+    }
+
+    pub fn high(self, height: f64) -> PlotRow {
+        PlotRow { height, ..self }
+    }
+
+    /// Rows of so many plots.
+    pub fn grid(columns: usize, plots: impl IntoIterator<Item = impl Into<Plot>>) -> Vec<PlotRow> {
+        let plots: Vec<Plot> = plots.into_iter().map(Into::into).collect();
+        let rows = plots.chunks(columns.max(1)).map(|plots| PlotRow {
+            plots: plots.to_vec(),
+            columns: columns.max(1),
+            height: 1.0,
+        });
+        rows.collect()
+    }
+}
+
+/// Rows of plots under a heading. Frames in rows of as many cells are aligned; names that all charts
+/// have in common are given once, above. A page has a part for each plot.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FigureLayout {
+    /// Of its file and of its part of a page; empty for those of the result.
+    pub name: &'static str,
+    /// Empty for that of the result.
+    pub title: String,
+    /// Name of the data, beside the title; may be empty.
+    pub data: String,
+    pub rows: Vec<PlotRow>,
+    /// Paragraphs below the plots.
+    pub notes: Vec<String>,
+    /// Whether only the lowest row names the horizontal axis.
+    pub shared_x: bool,
+    /// Whether it has no file of its own.
+    pub is_on_page_only: bool,
+}
+
+impl FigureLayout {
+    /// Plots in rows of `columns`.
+    pub fn grid(
+        title: impl Into<String>,
+        columns: usize,
+        plots: impl IntoIterator<Item = impl Into<Plot>>,
+    ) -> FigureLayout {
+        FigureLayout {
+            title: title.into(),
+            rows: PlotRow::grid(columns, plots),
+            ..FigureLayout::default()
+        }
+    }
+}
