@@ -36,6 +36,16 @@ pub trait Describe {
     fn pictures(&self) -> Vec<PlotRow>;
 }
 
+impl<D: Describe + ?Sized> Describe for Box<D> {
+    fn describe(&self) -> Sheet<'_> {
+        (**self).describe()
+    }
+
+    fn pictures(&self) -> Vec<PlotRow> {
+        (**self).pictures()
+    }
+}
+
 /// A result as data.
 #[derive(Debug, Clone, Default)]
 pub struct Sheet<'a> {

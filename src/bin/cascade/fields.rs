@@ -1,6 +1,6 @@
 //! `cascade analyze` of several fields: one after the other, and an index of them.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
@@ -56,7 +56,7 @@ pub fn run(typed: &Analyze, fields: &[PathBuf]) -> Result<(), Failure> {
     let names = field_names(fields)?;
     let out = typed.out.clone().unwrap_or_else(|| DEFAULT.into());
     let mut set = FieldSet::create(&out, typed.force)?;
-    let progress = Progress::new(!typed.output.quiet && std::io::stderr().is_terminal());
+    let progress = Progress::new(!typed.output.quiet);
     // From now on a directory and an index remain.
     progress.begin_writing();
     for (n, (field, name)) in fields.iter().zip(&names).enumerate() {
@@ -128,8 +128,7 @@ fn print_json(field: &Path, analyzed: &Result<Finished, Failure>) -> Result<(), 
     let field = field.display().to_string();
     let line = match analyzed {
         Ok(finished) => {
-            let summary: Value =
-                serde_json::from_str(&finished.json).map_err(std::io::Error::from)?;
+            let summary: Value = serde_json::from_str(&finished.json)?;
             json!({ "field": field, "result": finished.published.display().to_string(), "summary": summary })
         }
         Err(failure) => json!({ "field": field, "error": failure.text() }),
@@ -169,10 +168,10 @@ fn tell(typed: &Analyze, rows: &[FieldRow], out: &Path) -> Result<(), Failure> {
     }
     match failed {
         0 => Ok(()),
-        failed => Err(Failure::Fields {
-            failed,
-            fields: rows.len(),
-        }),
+        failed => Err(Failure::Partly(format!(
+            "{failed} of {} fields have no result, for the reasons given",
+            rows.len()
+        ))),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Progress bar, and Ctrl-C.
 
+use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -101,7 +102,7 @@ enum Phase {
 }
 
 impl Progress {
-    /// Listens for Ctrl-C and termination from now on; a second one ends the program at once.
+    /// Shown where standard error is a terminal. Listens for Ctrl-C and termination from now on; a second one ends the program at once.
     pub fn new(shown: bool) -> Self {
         let shared = Arc::new(Shared {
             stage: Mutex::new(Stage {
@@ -118,7 +119,7 @@ impl Progress {
             let _ = ctrlc::set_handler(move || heard.interrupt());
         });
         Progress {
-            shown,
+            shown: shown && std::io::stderr().is_terminal(),
             part: Mutex::default(),
             shared,
         }

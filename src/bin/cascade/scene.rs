@@ -1,23 +1,25 @@
 //! `cascade scene`: a scene to start from, its schema, what a scene describes.
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
 
+use wavecascade::Error;
 use wavecascade::chain::scene::{
     Description, PRESETS, Preset, SceneSource, Units, preset, schema, template,
 };
 use wavecascade::sheet::name_of;
 
 use crate::chain_args::SceneCommand;
+use crate::described::stem_of;
 use crate::failure::Failure;
-use crate::terminal::{self, Lines, number};
+use crate::terminal::{self, Lines, number, print_json};
 
 /// Runs the command.
 pub fn run(typed: SceneCommand) -> Result<(), Failure> {
-    let mut out = terminal::stdout();
     if typed.schema {
-        let text = serde_json::to_string_pretty(&schema()).map_err(std::io::Error::from)?;
-        return Ok(writeln!(out, "{text}")?);
+        return print_json(&schema());
     }
+    let mut out = terminal::stdout();
     if typed.presets {
         let width = PRESETS.iter().map(|preset| preset.name.len()).max();
         for Preset { name, shows, .. } in PRESETS {
@@ -35,11 +37,26 @@ pub fn run(typed: SceneCommand) -> Result<(), Failure> {
     Ok(out.write_all(describe(&description, typed.json)?.as_bytes())?)
 }
 
+/// A scene as its text, else of a file, else without any key.
+pub fn source_of(text: Option<String>, file: Option<&Path>) -> Result<SceneSource, Error> {
+    match (text, file) {
+        (Some(text), _) => Ok(SceneSource::new(None, text)),
+        (None, Some(path)) => SceneSource::read(path),
+        (None, None) => Ok(SceneSource::default()),
+    }
+}
+
+/// A name here after that of a scene, if there is one.
+pub fn named_like(scene: Option<&Path>, usual: &str, ending: &str) -> PathBuf {
+    let mut name = scene.map_or(usual.into(), stem_of);
+    name.push_str(ending);
+    name.into()
+}
+
 /// A description in lines, or in JSON.
 pub fn describe(description: &Description, json: bool) -> Result<String, Failure> {
     if json {
-        let text = serde_json::to_string_pretty(description).map_err(std::io::Error::from)?;
-        return Ok(text + "\n");
+        return Ok(serde_json::to_string_pretty(description)? + "\n");
     }
     let mut lines = Lines::new(terminal::width());
     chain_lines(&mut lines, description);
