@@ -30,7 +30,7 @@ use crate::scan_args::folder_name;
 use crate::show_args::AxisUnits;
 use crate::summary::Summary;
 use crate::terminal::{Tone, print_json};
-use crate::words::quoted;
+use crate::words::{as_text, quoted};
 use crate::{dispersion, terminal};
 
 /// One field to analyze.
@@ -52,19 +52,10 @@ pub struct Finished {
     pub json: String,
     /// Directory of the results.
     pub published: PathBuf,
+    /// The file to open first.
+    pub main: PathBuf,
     /// Whether the field is that of a run.
     is_run: bool,
-}
-
-impl Finished {
-    /// The file to open first.
-    pub fn main(&self) -> PathBuf {
-        let report = self.published.join("report.html");
-        match report.exists() {
-            true => report,
-            false => self.published.join("summary.json"),
-        }
-    }
 }
 
 /// Runs the command on one field.
@@ -91,7 +82,7 @@ pub fn run(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
     };
     let finished = task.run()?;
     tell(typed, &finished, field, started)?;
-    typed.figures.present.run(&finished.main())
+    typed.figures.present.run(&finished.main)
 }
 
 impl Task<'_> {
@@ -152,7 +143,18 @@ impl Task<'_> {
         analysis.content_hash = analysis.content_hash.or(hash?);
         let opened = field.file_state();
         let read_as = conclusions(&field);
-        let provenance = self.provenance(&analysis, &read_as);
+        let input = match self.files {
+            [first, .., last] => {
+                let (first, last) = (first.display(), last.display());
+                format!("{} files, {first} to {last}", self.files.len())
+            }
+            _ => path.display().to_string(),
+        };
+        let hash = analysis.content_hash.clone();
+        let provenance = Provenance {
+            read_as: read_as.clone(),
+            ..Provenance::new(as_text(), Some(input), hash)
+        };
         // Unmapping a file takes about as long as writing the remaining results.
         let mut sheet = analysis.words();
         for conclusion in &read_as {
@@ -192,24 +194,10 @@ impl Task<'_> {
             analysis,
             sheet,
             json,
+            main: published.join(drawing.main()),
             published,
             is_run,
         })
-    }
-
-    fn provenance(&self, analysis: &Analysis, read_as: &[String]) -> Provenance {
-        let command = crate::words::as_text();
-        let first = self.field.display();
-        let input = match self.files {
-            [_, .., last] => {
-                format!("{} files, {first} to {}", self.files.len(), last.display())
-            }
-            _ => first.to_string(),
-        };
-        Provenance {
-            read_as: read_as.to_vec(),
-            ..Provenance::new(command, Some(input), analysis.content_hash.clone())
-        }
     }
 }
 
@@ -275,8 +263,8 @@ fn tell(
         return Ok(());
     }
     let mut summary = Summary::of(&finished.analysis.name, &finished.sheet);
-    let (seconds, main) = (started.elapsed().as_secs_f64(), finished.main());
-    let mut last = format!("done in {seconds:.2} s; open {}", main.display());
+    let seconds = started.elapsed().as_secs_f64();
+    let mut last = format!("done in {seconds:.2} s; open {}", finished.main.display());
     if finished.is_run {
         let field = quoted(&field.to_string_lossy());
         last += &format!("; its energy: cascade budget {field}");

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use wavecascade::attenuation::{
     AttenuationRequest, ContactKind, Criterion, Curves, Followed, Measured, Named, Sense,
     TransmissionRequest, measured_peaks, read_curve,
@@ -133,12 +133,11 @@ pub struct KeyArgs {
     pub no_extremes: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Where {
-    Chain,
-    Wall,
-    Both,
-}
+choice!(Where => Vec<Sense> {
+    Chain => vec![Sense::Chain],
+    Wall => vec![Sense::Wall],
+    Both => vec![Sense::Chain, Sense::Wall],
+});
 
 choice!(Kind => ContactKind {
     Soft => Self::Soft,
@@ -387,11 +386,7 @@ impl Attenuate {
         Ok(AttenuationRequest {
             chains,
             length: bodies as usize,
-            senses: match typed.sense {
-                Some(Where::Chain) => vec![Sense::Chain],
-                Some(Where::Wall) => vec![Sense::Wall],
-                Some(Where::Both) | None => vec![Sense::Chain, Sense::Wall],
-            },
+            senses: typed.sense.unwrap_or(Where::Both).into(),
             lengths: typed.lengths.clone(),
             kind: typed.contacts.map_or(ContactKind::Soft, Into::into),
             criterion: typed.fit.map_or(Criterion::Aicc, Into::into),

@@ -19,7 +19,7 @@ use wavecascade::report::{
 use crate::analyze::named_after;
 use crate::args::FormatArg;
 use crate::arrays_file::ArraysFile;
-use crate::described::{ResultArgs, stem_of, subject_of, tell};
+use crate::described::{ResultArgs, end, stem_of, subject_of};
 use crate::failure::Failure;
 use crate::figure_args::ColorArgs;
 use crate::measured::{self, MeasuredArgs, MeasuredInput};
@@ -105,25 +105,21 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
         progress.stage("drawing", 1);
         let style = &drawing.style;
         let figures = budget_figures(&budget, &name, &SharedScales(&[&budget]), style);
-        save_all(
-            &figures,
-            &directory.path().join("figures"),
-            &drawing.formats,
-        )?;
+        let folder = directory.path().join("figures");
+        save_all(&figures, &folder, &drawing.formats)?;
         let page = budget_html(&[(&name, &budget)], &sheet, &provenance, style);
         directory.write("report.html", page?)?;
     }
-    progress.check()?;
-    let published = directory.publish()?;
-    progress.clear();
+    let seconds = format!("{:.2} s", started.elapsed().as_secs_f64());
+    sheet.detail("computation", seconds);
     let subject = subject_of(std::slice::from_ref(&typed.run));
-    let main = published.join(drawing.main());
-    sheet.detail(
-        "computation",
-        format!("{:.2} s", started.elapsed().as_secs_f64()),
-    );
-    tell(&sheet, &json, &subject, how, Some(&main))?;
-    drawing.present(&main)
+    end(
+        (&sheet, &subject),
+        &json,
+        directory,
+        (&drawing, how),
+        &progress,
+    )
 }
 
 /// Where the motion comes from.

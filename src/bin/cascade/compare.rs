@@ -18,7 +18,7 @@ use crate::args::Input;
 use crate::budget::compute;
 use crate::chain_args::How;
 use crate::described::{
-    self, Describing, Found, Given, Publishing, Reading, ResultArgs, stem_of, subject_of, tell,
+    self, Describing, Found, Given, Publishing, Reading, ResultArgs, end, stem_of, subject_of,
 };
 use crate::failure::Failure;
 use crate::further::input_options;
@@ -231,12 +231,15 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
         let folder = directory.path().join("figures");
         save_all(&together, &folder, &drawing.formats)?;
     }
-    progress.check()?;
-    let main = directory.publish()?.join(drawing.main());
-    progress.clear();
     let subject = paths.map(|path| subject_of(&[path])).join(" and ");
-    tell(&compared.describe(), &json, &subject, how, Some(&main))?;
-    drawing.present(&main)
+    let sheet = compared.describe();
+    end(
+        (&sheet, &subject),
+        &json,
+        directory,
+        (&drawing, how),
+        &progress,
+    )
 }
 
 /// Two names that differ.

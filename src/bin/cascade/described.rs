@@ -157,16 +157,16 @@ pub fn open(
 /// Makes the result of files, publishes it and prints it.
 pub fn run(command: &dyn Publishing) -> Result<(), Failure> {
     command.check()?;
-    let result = command.result();
+    let (result, how) = (command.result(), command.how());
     let drawing = result.figures.drawing(None)?;
-    let progress = result.how.begin()?;
+    let progress = how.begin()?;
     let (files, usual) = command.files()?;
     let default = || named_after(&files[0], usual, &format!("-{}", command.name()));
     let out = result.out.clone().unwrap_or_else(default);
     // Before any work: could the result be written?
     drop(ResultDirectory::create(&out, result.force)?);
     let fields = match command.reading() {
-        Some(reading) => open(&files, reading, true, result.how.quiet)?,
+        Some(reading) => open(&files, reading, true, how.quiet)?,
         None => Vec::new(),
     };
     progress.begin_writing();
@@ -196,7 +196,22 @@ pub fn run(command: &dyn Publishing) -> Result<(), Failure> {
         Some((name, text)) => write_beside(path, name, text.as_bytes()).map(|_| ()),
         None => Ok(()),
     })?;
-    described.tell(&subject_of(&files), &result.how, Some(&main))?;
+    described.tell(&subject_of(&files), how, Some(&main))?;
+    drawing.present(&main)
+}
+
+/// Publishes what is in the directory, and prints and presents it.
+pub fn end(
+    (sheet, subject): (&Sheet, &str),
+    json: &str,
+    directory: ResultDirectory,
+    (drawing, how): (&Drawing, &How),
+    progress: &Progress,
+) -> Result<(), Failure> {
+    progress.check()?;
+    let main = directory.publish()?.join(drawing.main());
+    progress.clear();
+    tell(sheet, json, subject, how, Some(&main))?;
     drawing.present(&main)
 }
 

@@ -105,8 +105,8 @@ fn row(field: &Path, name: &str, analyzed: Result<Finished, Failure>) -> FieldRo
         field: field.display().to_string(),
         name: name.to_owned(),
         opens: analyzed.as_ref().ok().map(|finished| {
-            let page = finished.main();
-            let file = page.file_name().unwrap_or_default().to_string_lossy();
+            let file = finished.main.file_name().unwrap_or_default();
+            let file = file.to_string_lossy();
             format!("{name}/{file}")
         }),
         outcome: match analyzed {
@@ -200,8 +200,8 @@ fn summary(rows: &[FieldRow]) -> Summary {
     });
     let found: Vec<(&str, &Headlines)> = found.collect();
     if !found.is_empty() {
-        summary.rows(verdicts_of(&found));
-        summary.detailed_rows(places_of(&found));
+        summary.table(&verdicts_of(&found));
+        summary.table(&places_of(&found));
     }
     for row in rows {
         if let Some(why) = failure_of(row) {
@@ -249,7 +249,10 @@ fn verdicts_of(found: &[(&str, &Headlines)]) -> Table {
             .chain(in_time)
             .collect()
     };
-    Table::of("", &head, found.iter().map(row))
+    Table {
+        is_fact: true,
+        ..Table::of("", &head, found.iter().map(row))
+    }
 }
 
 /// Where it moved, energy and direction.

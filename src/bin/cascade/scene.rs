@@ -71,13 +71,15 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
         Units::None => String::new(),
     };
     let (kg, speed) = (unit("kg"), unit("m/s"));
-    lines.line(
-        "chain",
-        &format!(
-            "{} sites, {} contacts, law {}, ends {}",
-            d.sites, d.contacts, d.law, d.ends
-        ),
-    );
+    let Description {
+        sites,
+        contacts,
+        law,
+        ends,
+        ..
+    } = d;
+    let chain = format!("{sites} sites, {contacts} contacts, law {law}, ends {ends}");
+    lines.line("chain", &chain);
     if let Some(range) = d.coefficient {
         let ratio = match d.stiffness_ratio {
             Some(ratio) => format!(", stiffness ratio {}", digits(ratio)),
@@ -86,34 +88,24 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
         let unit = d.coefficient_unit.as_deref().map(unit).unwrap_or_default();
         lines.line("coefficients", &format!("{}{unit}{ratio}", between(range)));
     }
-    lines.line(
-        "masses",
-        &format!(
-            "{}{kg}, {}{kg} in all",
-            between(d.mass),
-            number(d.total_mass)
-        ),
-    );
+    let (mass, total) = (between(d.mass), number(d.total_mass));
+    lines.line("masses", &format!("{mass}{kg}, {total}{kg} in all"));
     let meters = unit("m");
     let mut start = Vec::new();
     if d.striker_velocity != 0.0 && d.moving_sites == 1 {
         let (mass, velocity) = (number(d.striker_mass), number(d.striker_velocity));
         start.push(format!("striker of {mass}{kg} at {velocity}{speed}"));
     } else if d.largest_velocity > 0.0 {
-        start.push(format!(
-            "velocities up to {}{speed} at {}",
-            number(d.largest_velocity),
-            match d.moving_sites {
-                1 => "one site".to_owned(),
-                n => format!("{n} sites"),
-            }
-        ));
+        let sites = match d.moving_sites {
+            1 => "one site".to_owned(),
+            n => format!("{n} sites"),
+        };
+        let velocity = number(d.largest_velocity);
+        start.push(format!("velocities up to {velocity}{speed} at {sites}"));
     }
     if d.largest_displacement > 0.0 {
-        start.push(format!(
-            "displacements up to {}{meters}",
-            number(d.largest_displacement)
-        ));
+        let displacement = number(d.largest_displacement);
+        start.push(format!("displacements up to {displacement}{meters}"));
     }
     if !start.is_empty() {
         lines.line("start", &start.join(", "));
@@ -121,15 +113,12 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
     if let Some(drive) = &d.drive {
         lines.line("drive", drive);
     }
-    if d.precompression > 0.0 {
-        let force = format!("{}{}", number(d.precompression), unit("N"));
-        lines.line("precompression", &force);
-    }
-    if d.gravity > 0.0 {
-        lines.line(
-            "gravity",
-            &format!("{}{}", number(d.gravity), unit("m/s^2")),
-        );
+    let loads = [
+        ("precompression", d.precompression, "N"),
+        ("gravity", d.gravity, "m/s^2"),
+    ];
+    for (name, load, of) in loads.into_iter().filter(|(_, load, _)| *load > 0.0) {
+        lines.line(name, &format!("{}{}", number(load), unit(of)));
     }
     if let Some((law, range)) = &d.ground {
         lines.line(

@@ -66,7 +66,7 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
             standing.computed,
             started.elapsed().as_secs_f64()
         );
-        summary.fact("members", &text);
+        summary.line(false, "members", &text);
         summary.last(&match &standing.table {
             Some(table) => {
                 let page = table.with_file_name("report.html");
