@@ -108,6 +108,6 @@ fn check_extension(typed: &Convert) -> Result<(), Error> {
     Err(Error::Unfit {
         path: typed.out.clone(),
         expected: format!("a name that ends in {}", names.join(", ")),
-        found: "another".into(),
+        found: format!("{extension:?}"),
     })
 }
