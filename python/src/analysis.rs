@@ -144,7 +144,7 @@ pub fn planned(py: Python<'_>, source: Source, words: Vec<String>) -> PyResult<S
     let work = |_: &dyn Observer| -> Result<_, Failure> {
         let (field, request) = asked(&typed, opener, true)?;
         let plan = plan(&field, &request)?;
-        Ok(serde_json::to_string(&plan.describe()).map_err(std::io::Error::from)?)
+        Ok(serde_json::to_string(&plan.describe())?)
     };
     watch::run(py, None, work)?.map_err(|error| faults::of_failure(py, error, from))
 }
@@ -153,7 +153,7 @@ pub fn planned(py: Python<'_>, source: Source, words: Vec<String>) -> PyResult<S
 #[pyfunction]
 pub fn inspected(py: Python<'_>, words: Vec<String>) -> PyResult<String> {
     let typed = typed!(&words, Inspect);
-    let found = watch::run(py, None, |_| crate::inspect::json(&typed, &typed.fields))?;
+    let found = watch::run(py, None, |_| crate::inspect::json(&typed))?;
     let found = found.map_err(|error| faults::of_failure(py, error, faults::From::Files))?;
     Ok(found.to_string())
 }
@@ -232,7 +232,7 @@ pub fn filter<'py>(
         typed.check()?;
         let field = opener.open(&typed.input, typed.memory, None)?;
         let band = typed.band(&field)?;
-        let threads = typed.how.threads.map(usize::from);
+        let threads = typed.how.threads;
         let found = on_threads(threads, || {
             filtered(&field, &band, typed.pad, typed.memory, observer)
         });

@@ -27,6 +27,7 @@ use super::typed::{provenance, typed};
 use super::watch;
 use crate::compare::Compared;
 use crate::failure::Failure;
+use crate::scene::source_of;
 use crate::{advice, measured};
 
 /// A run with its scene.
@@ -73,12 +74,7 @@ type Texts = std::collections::BTreeMap<String, String>;
 
 /// A scene as text or as a file, with the keys that are typed over it.
 fn scene(text: Option<String>, path: Option<&Path>, keys: &[Setting]) -> Result<SceneSource> {
-    let source = match (text, path) {
-        (Some(text), _) => SceneSource::new(None, text),
-        (None, Some(path)) => SceneSource::read(path)?,
-        (None, None) => SceneSource::default(),
-    };
-    Ok(source.with(keys.to_vec()))
+    Ok(source_of(text, path)?.with(keys.to_vec()))
 }
 
 fn value_error(error: impl std::fmt::Display) -> PyErr {
@@ -138,7 +134,7 @@ pub fn budget<'py>(
     };
     let scene_path = typed.measured.scene.as_deref();
     let is_measured = scene_text.is_some() || scene_path.is_some();
-    let threads = typed.how.threads.map(usize::from);
+    let threads = typed.result.how.threads;
     let work = |observer: &dyn Observer| -> std::result::Result<_, Failure> {
         let kept = Kept::new(Precision::F64);
         let path = source.as_ref().and_then(|source| source.path());
@@ -159,11 +155,8 @@ pub fn budget<'py>(
                     (Some(run), _) => run,
                     (None, Some(path)) => Arc::new(RunFile::read(path)?),
                     (None, None) => {
-                        return Err(Failure::Library(Error::Request {
-                            option: "scene",
-                            expected: "the chain that a measured field is a record of".into(),
-                            found: "none".into(),
-                        }));
+                        let expected = "the chain that a measured field is a record of";
+                        return Err(Error::request("scene", expected, "none").into());
                     }
                 };
                 let motion = Motion::of(&file.run)?;
@@ -176,7 +169,7 @@ pub fn budget<'py>(
         };
         write_budget_arrays(&found, &kept)?;
         let sheet = found.describe(report.as_ref());
-        let summary = sheet.summary(&provenance).map_err(std::io::Error::from)?;
+        let summary = sheet.summary(&provenance)?;
         let warnings = sheet.warnings.clone();
         let name = name.file_stem().unwrap_or_default();
         let name = name.to_string_lossy().into_owned();
@@ -206,7 +199,7 @@ pub fn sweep(
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<(String, Page)> {
     let typed = typed!(&words, Sweep);
-    let threads = typed.how.threads.map(usize::from);
+    let threads = typed.how.threads;
     let work = |observer: &dyn Observer| -> Result<_> {
         let source = scene(text, typed.scene.as_deref(), &typed.keys.settings)?;
         let sweep = Sweep::new(source, &typed.varied())?;
@@ -241,86 +234,13 @@ pub fn sweep(
         .collect();
     let table = json!({ "keys": keys, "columns": columns, "rows": rows, "scene": request.scene,
         "ensembles": request.ensembles(&outcomes) });
-    let table = table.to_string();
     let swept = Swept { request, outcomes };
     let provenance = Provenance::new(provenance(&words), None, None);
-    Ok((table, page_of(swept, "sweep", provenance)))
-}
-
-/// `cascade localize`: a table in CSV, or arrays of one wave; and the summary in JSON.
-#[pyfunction]
-#[pyo3(signature = (words, progress=None))]
-pub fn localize<'py>(
-    py: Python<'py>,
-    words: Vec<String>,
-    progress: Option<Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let typed = typed!(&words, Localize);
-    let threads = typed.how.threads.map(usize::from);
-    let work = |observer: &dyn Observer| on_threads(threads, || typed.find(observer));
-    let done = watch::run(py, progress.as_ref(), work)?;
-    let found = done.map_err(|error| faults::of(py, error, From::Memory))?;
-    let provenance = Provenance::new(provenance(&words), None, None);
-    let kept = Kept::new(Precision::F64);
-    let (csv, summary) = {
-        let sheet = found.as_described().describe();
-        let written = sheet.write_to(&kept);
-        written.map_err(|error| faults::of(py, error, From::Memory))?;
-        let is_table = !sheet.records.head.is_empty();
-        let csv = is_table.then(|| sheet.records.to_csv()).transpose();
-        let summary = sheet.summary(&provenance);
-        (csv.map_err(value_error)?, summary.map_err(value_error)?)
-    };
     let page = Page::new(move || {
-        let sheet = found.as_described().describe();
-        sheet_html(
-            found.as_described(),
-            &sheet,
-            "dimer",
-            &provenance,
-            &Style::screen(),
-        )
+        let style = Style::screen();
+        sheet_html(&swept, &swept.describe(), "sweep", &provenance, &style)
     });
-    let out = kept.into_python(py)?;
-    out.set_item("csv", csv)?;
-    out.set_item("page", Bound::new(py, page)?)?;
-    out.set_item("summary", summary)?;
-    Ok(out)
-}
-
-/// `cascade attenuate`: a table in CSV, what was found in JSON, and the page.
-#[pyfunction]
-#[pyo3(signature = (text, words, progress=None))]
-pub fn attenuate(
-    py: Python<'_>,
-    text: Option<String>,
-    words: Vec<String>,
-    progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<(String, String, Page)> {
-    let typed = typed!(&words, Attenuate);
-    let threads = typed.how.threads.map(usize::from);
-    let work = |observer: &dyn Observer| on_threads(threads, || typed.find(text, observer));
-    let done = watch::run(py, progress.as_ref(), work)?;
-    let found = done.map_err(|error| faults::of(py, error, From::Files))?;
-    let provenance = Provenance::new(provenance(&words), None, None);
-    let (csv, json) = {
-        let sheet = found.describe();
-        let csv = sheet.records.to_csv().map_err(value_error)?;
-        (csv, sheet.summary(&provenance).map_err(value_error)?)
-    };
-    Ok((csv, json, page_of(found, "struck chains", provenance)))
-}
-
-/// The page of a described result.
-fn page_of(
-    found: impl Describe + Send + Sync + 'static,
-    name: &'static str,
-    provenance: Provenance,
-) -> Page {
-    Page::new(move || {
-        let sheet = found.describe();
-        sheet_html(&found, &sheet, name, &provenance, &Style::screen())
-    })
+    Ok((table.to_string(), page))
 }
 
 /// `cascade compare`: the budgets of two runs, and how they differ, in JSON; with its page.
@@ -339,9 +259,9 @@ pub fn compare(
         Moved::Run(run) => Some(Arc::clone(&run.0)),
         Moved::Field(_) => None,
     });
-    let threads = typed.how.threads.map(usize::from);
+    let threads = typed.result.how.threads;
     let work = |observer: &dyn Observer| -> std::result::Result<_, Failure> {
-        typed.refuse_options_of_fields()?;
+        typed.refuse_options_of_fields(&words)?;
         let mut files = Vec::new();
         for (path, held) in paths.iter().zip(held) {
             files.push(match held {

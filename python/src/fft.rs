@@ -2,14 +2,10 @@
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::hash::Hash;
 use std::ops::Mul;
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
-use column_fft::{
-    ColumnFftPlanner, ComplexToRealColumns, FftDirection, FftError, Real, RealToComplexColumns,
-    rows,
-};
+use column_fft::{ColumnFftPlanner, ComplexToRealColumns, FftDirection, FftError, Real, rows};
 use ndarray::{
     ArrayView1, ArrayView2, ArrayViewD, ArrayViewMut1, ArrayViewMut2, ArrayViewMutD, Axis,
 };
@@ -22,12 +18,41 @@ use rayon::prelude::*;
 /// Transforms that are kept; with more, all are made anew.
 const KEPT: usize = 128;
 
+/// What transforms a row, with scratch of its own.
+type Row<A, B> = Box<dyn FnMut(&[A], &mut [B])>;
+
+/// What transforms `(n, columns)`, on one thread or on all of the pool.
+type Columns<A, B> =
+    Box<dyn Fn(ArrayView2<A>, ArrayViewMut2<B>, bool) -> Result<(), FftError> + Send + Sync>;
+
+/// A transform along one axis, of columns or of contiguous rows.
+struct Transform<A, B> {
+    columns: Columns<A, B>,
+    row: Box<dyn Fn() -> Row<A, B> + Send + Sync>,
+    /// Whether columns are divided by their length.
+    is_mean: bool,
+}
+
+type Kept<A, B> = HashMap<usize, Arc<Transform<A, B>>>;
+
 /// Transforms of one number type, by their lengths.
 struct Plans<T: Real> {
     planner: ColumnFftPlanner<T>,
-    forward: HashMap<usize, Arc<Forward<T>>>,
-    inverse: HashMap<usize, Arc<Inverse<T>>>,
-    both: HashMap<(usize, bool), Arc<Both<T>>>,
+    forward: Kept<T, Complex<T>>,
+    inverse: Kept<Complex<T>, T>,
+    /// Of complex numbers, forward and inverse.
+    both: [Kept<Complex<T>, Complex<T>>; 2],
+}
+
+/// Columns by a plan.
+macro_rules! columns {
+    ($plan:expr) => {{
+        let plan = $plan;
+        Box::new(move |input, output, in_parallel| match in_parallel {
+            true => plan.process_in_parallel(input, output),
+            false => plan.process(input, output),
+        })
+    }};
 }
 
 impl<T: Real> Plans<T> {
@@ -36,66 +61,100 @@ impl<T: Real> Plans<T> {
             planner: ColumnFftPlanner::new(),
             forward: HashMap::new(),
             inverse: HashMap::new(),
-            both: HashMap::new(),
+            both: Default::default(),
         }
     }
 
     /// Lets go of all, where no more are kept.
     fn with_room(&mut self) -> &mut Self {
-        if self.forward.len() + self.inverse.len() + self.both.len() >= KEPT {
+        let both: usize = self.both.iter().map(HashMap::len).sum();
+        if self.forward.len() + self.inverse.len() + both >= KEPT {
             *self = Plans::new();
         }
         self
     }
 
-    fn forward(&mut self, len: usize) -> Result<Arc<Forward<T>>, FftError> {
-        let Plans {
-            planner, forward, ..
-        } = self.with_room();
-        known(forward, len, || {
-            Ok(Forward {
-                columns: planner.plan_fft_forward(len)?,
-                rows: rows::plan_fft_forward(len),
+    fn forward(&mut self, len: usize) -> Result<Arc<Transform<T, Complex<T>>>, FftError> {
+        let plans = self.with_room();
+        known(&mut plans.forward, len, || {
+            let plan = rows::plan_fft_forward(len);
+            Ok(Transform {
+                columns: columns!(plans.planner.plan_fft_forward(len)?),
+                row: Box::new(move || {
+                    let plan = Arc::clone(&plan);
+                    let (mut row, mut scratch) = (plan.make_input_vec(), plan.make_scratch_vec());
+                    Box::new(move |input, output| {
+                        row.copy_from_slice(input);
+                        let done = plan.process_with_scratch(&mut row, output, &mut scratch);
+                        debug_assert!(done.is_ok());
+                    })
+                }),
+                is_mean: false,
             })
         })
     }
 
-    fn inverse(&mut self, len: usize) -> Result<Arc<Inverse<T>>, FftError> {
-        let Plans {
-            planner, inverse, ..
-        } = self.with_room();
-        known(inverse, len, || {
-            let forward = planner.plan_fft_forward(len)?;
-            Ok(Inverse {
-                len,
-                columns: ComplexToRealColumns::of(forward).normalized(),
-                rows: rows::plan_fft_inverse(len),
+    fn inverse(&mut self, len: usize) -> Result<Arc<Transform<Complex<T>, T>>, FftError> {
+        let plans = self.with_room();
+        known(&mut plans.inverse, len, || {
+            let forward = plans.planner.plan_fft_forward(len)?;
+            let plan = rows::plan_fft_inverse(len);
+            Ok(Transform {
+                columns: columns!(ComplexToRealColumns::of(forward).normalized()),
+                row: Box::new(move || {
+                    let plan = Arc::clone(&plan);
+                    let (mut bins, mut scratch) = (plan.make_input_vec(), plan.make_scratch_vec());
+                    Box::new(move |input, output| {
+                        bins.copy_from_slice(input);
+                        // As everywhere, imaginary parts of 0 and of the Nyquist frequency do not count.
+                        bins[0].im = T::default();
+                        if len.is_multiple_of(2) {
+                            bins[len / 2].im = T::default();
+                        }
+                        let done = plan.process_with_scratch(&mut bins, output, &mut scratch);
+                        debug_assert!(done.is_ok());
+                    })
+                }),
+                is_mean: true,
             })
         })
     }
 
-    fn both(&mut self, len: usize, is_forward: bool) -> Result<Arc<Both<T>>, FftError> {
+    fn both(
+        &mut self,
+        len: usize,
+        is_forward: bool,
+    ) -> Result<Arc<Transform<Complex<T>, Complex<T>>>, FftError> {
         let direction = match is_forward {
             true => FftDirection::Forward,
             false => FftDirection::Inverse,
         };
-        let Plans { planner, both, .. } = self.with_room();
-        known(both, (len, is_forward), || {
-            Ok(Both {
-                columns: planner.plan_fft_complex(len, direction)?,
-                rows: rows::plan_fft_complex(len, direction),
+        let plans = self.with_room();
+        known(&mut plans.both[usize::from(is_forward)], len, || {
+            let plan = rows::plan_fft_complex(len, direction);
+            Ok(Transform {
+                columns: columns!(plans.planner.plan_fft_complex(len, direction)?),
+                row: Box::new(move || {
+                    let plan = Arc::clone(&plan);
+                    let mut scratch = vec![Complex::default(); plan.get_inplace_scratch_len()];
+                    Box::new(move |input, output| {
+                        output.copy_from_slice(input);
+                        plan.process_with_scratch(output, &mut scratch);
+                    })
+                }),
+                is_mean: false,
             })
         })
     }
 }
 
 /// The transform that is kept, or a new one.
-fn known<K: Eq + Hash, P>(
-    kept: &mut HashMap<K, Arc<P>>,
-    key: K,
+fn known<P>(
+    kept: &mut HashMap<usize, Arc<P>>,
+    len: usize,
     make: impl FnOnce() -> Result<P, FftError>,
 ) -> Result<Arc<P>, FftError> {
-    Ok(Arc::clone(match kept.entry(key) {
+    Ok(Arc::clone(match kept.entry(len) {
         Entry::Occupied(found) => found.into_mut(),
         Entry::Vacant(place) => place.insert(Arc::new(make()?)),
     }))
@@ -120,61 +179,23 @@ macro_rules! planned {
 planned!(f32);
 planned!(f64);
 
-/// A transform, with the lock of all let go of: work waits for none, and holds none.
-fn with_plans<T: Planned, P>(find: impl FnOnce(&mut Plans<T>) -> P) -> P {
-    find(&mut T::plans())
-}
-
-/// By what a result is multiplied.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Scale {
-    One,
-    /// 1 / N.
-    Mean,
-    /// 1 / sqrt(N).
-    Root,
-}
-
-impl Scale {
-    fn of(norm: u8) -> Scale {
-        match norm {
-            0 => Scale::One,
-            1 => Scale::Mean,
-            _ => Scale::Root,
-        }
-    }
-
-    fn factor(self, len: usize) -> f64 {
-        match self {
-            Scale::One => 1.0,
-            Scale::Mean => 1.0 / len as f64,
-            Scale::Root => 1.0 / (len as f64).sqrt(),
-        }
-    }
-}
-
-/// What transforms a row, with scratch of its own.
-type Row<'a, A, B> = Box<dyn FnMut(&[A], &mut [B]) + 'a>;
-
-/// A transform along one axis, of columns or of contiguous rows.
-trait Transform<T, A, B>: Send + Sync {
-    /// Of `(n, columns)`; what is wrong with the shapes.
-    fn columns(
-        &self,
-        input: ArrayView2<A>,
-        output: ArrayViewMut2<B>,
-        in_parallel: bool,
-    ) -> Result<(), FftError>;
-
-    fn row(&self) -> Row<'_, A, B>;
-
-    /// By what columns and rows are multiplied for a scale; nothing for 1.
-    fn factors(&self, scale: Scale, len: usize) -> [Option<T>; 2];
+/// By what columns and rows of a length are multiplied: 1, 1 / N or 1 / sqrt(N), which `norm` chooses; nothing for 1.
+fn factors<T: Real>(norm: u8, len: usize, is_mean: bool) -> [Option<T>; 2] {
+    let n = len as f64;
+    let factors = match (norm, is_mean) {
+        (0, true) => [n, 1.0],
+        (1, true) => [1.0, 1.0 / n],
+        (_, true) => [n.sqrt(), 1.0 / n.sqrt()],
+        (0, false) => [1.0; 2],
+        (1, false) => [1.0 / n; 2],
+        (_, false) => [1.0 / n.sqrt(); 2],
+    };
+    factors.map(|factor| (factor != 1.0).then(|| T::rounded(factor)))
 }
 
 /// A transform with its factors.
 struct Scaled<'a, T, A, B> {
-    transform: &'a dyn Transform<T, A, B>,
+    transform: &'a Transform<A, B>,
     of_columns: Option<T>,
     of_rows: Option<T>,
     is_parallel: bool,
@@ -187,9 +208,7 @@ where
     B: Copy + Mul<T, Output = B> + Send + Sync,
 {
     fn columns(&self, input: ArrayView2<A>, mut output: ArrayViewMut2<B>) {
-        let done = self
-            .transform
-            .columns(input, output.view_mut(), self.is_parallel);
+        let done = (self.transform.columns)(input, output.view_mut(), self.is_parallel);
         debug_assert!(done.is_ok());
         if let Some(factor) = self.of_columns {
             output.mapv_inplace(|x| x * factor);
@@ -198,8 +217,7 @@ where
 
     /// `(rows, n)`, each row contiguous.
     fn rows(&self, input: ArrayView2<A>, mut output: ArrayViewMut2<B>) {
-        let one = |row: &mut Row<'_, A, B>,
-                   (input, mut output): (ArrayView1<A>, ArrayViewMut1<B>)| {
+        let one = |row: &mut Row<A, B>, (input, mut output): (ArrayView1<A>, ArrayViewMut1<B>)| {
             if let (Some(input), Some(output)) = (input.as_slice(), output.as_slice_mut()) {
                 row(input, output);
                 if let Some(factor) = self.of_rows {
@@ -210,9 +228,9 @@ where
         if self.is_parallel {
             let input = input.axis_iter(Axis(0)).into_par_iter();
             let pairs = input.zip(output.axis_iter_mut(Axis(0)).into_par_iter());
-            pairs.for_each_init(|| self.transform.row(), one);
+            pairs.for_each_init(|| (self.transform.row)(), one);
         } else {
-            let mut row = self.transform.row();
+            let mut row = (self.transform.row)();
             let pairs = input.outer_iter().zip(output.outer_iter_mut());
             pairs.for_each(|pair| one(&mut row, pair));
         }
@@ -280,123 +298,6 @@ where
     }
 }
 
-/// By what a transform without a factor of its own is multiplied.
-fn plain<T: Real>(scale: Scale, len: usize) -> [Option<T>; 2] {
-    [(scale != Scale::One).then(|| T::rounded(scale.factor(len))); 2]
-}
-
-/// Columns by a plan, on one thread or on all of the pool.
-macro_rules! columns {
-    ($plan:expr, $input:expr, $output:expr, $in_parallel:expr) => {
-        match $in_parallel {
-            true => $plan.process_in_parallel($input, $output),
-            false => $plan.process($input, $output),
-        }
-    };
-}
-
-struct Forward<T: Real> {
-    columns: Arc<RealToComplexColumns<T>>,
-    rows: Arc<dyn column_fft::RealToComplex<T>>,
-}
-
-impl<T: Planned> Transform<T, T, Complex<T>> for Forward<T> {
-    fn columns(
-        &self,
-        input: ArrayView2<T>,
-        output: ArrayViewMut2<Complex<T>>,
-        in_parallel: bool,
-    ) -> Result<(), FftError> {
-        columns!(self.columns, input, output, in_parallel)
-    }
-
-    fn row(&self) -> Row<'_, T, Complex<T>> {
-        let (mut row, mut scratch) = (self.rows.make_input_vec(), self.rows.make_scratch_vec());
-        Box::new(move |input, output| {
-            row.copy_from_slice(input);
-            let done = self
-                .rows
-                .process_with_scratch(&mut row, output, &mut scratch);
-            debug_assert!(done.is_ok());
-        })
-    }
-
-    fn factors(&self, scale: Scale, len: usize) -> [Option<T>; 2] {
-        plain(scale, len)
-    }
-}
-
-struct Inverse<T: Real> {
-    len: usize,
-    /// Divides by N.
-    columns: ComplexToRealColumns<T>,
-    rows: Arc<dyn column_fft::ComplexToReal<T>>,
-}
-
-impl<T: Planned> Transform<T, Complex<T>, T> for Inverse<T> {
-    fn columns(
-        &self,
-        input: ArrayView2<Complex<T>>,
-        output: ArrayViewMut2<T>,
-        in_parallel: bool,
-    ) -> Result<(), FftError> {
-        columns!(self.columns, input, output, in_parallel)
-    }
-
-    fn row(&self) -> Row<'_, Complex<T>, T> {
-        let (mut bins, mut scratch) = (self.rows.make_input_vec(), self.rows.make_scratch_vec());
-        Box::new(move |input, output| {
-            bins.copy_from_slice(input);
-            // As everywhere, imaginary parts of 0 and of the Nyquist frequency do not count.
-            bins[0].im = T::default();
-            if self.len.is_multiple_of(2) {
-                bins[self.len / 2].im = T::default();
-            }
-            let done = self
-                .rows
-                .process_with_scratch(&mut bins, output, &mut scratch);
-            debug_assert!(done.is_ok());
-        })
-    }
-
-    fn factors(&self, scale: Scale, len: usize) -> [Option<T>; 2] {
-        let of_columns = match scale {
-            Scale::Mean => None,
-            Scale::One => Some(T::rounded(len as f64)),
-            Scale::Root => Some(T::rounded((len as f64).sqrt())),
-        };
-        [of_columns, plain(scale, len)[1]]
-    }
-}
-
-struct Both<T: Real> {
-    columns: Arc<column_fft::ComplexToComplexColumns<T>>,
-    rows: Arc<dyn column_fft::Fft<T>>,
-}
-
-impl<T: Planned> Transform<T, Complex<T>, Complex<T>> for Both<T> {
-    fn columns(
-        &self,
-        input: ArrayView2<Complex<T>>,
-        output: ArrayViewMut2<Complex<T>>,
-        in_parallel: bool,
-    ) -> Result<(), FftError> {
-        columns!(self.columns, input, output, in_parallel)
-    }
-
-    fn row(&self) -> Row<'_, Complex<T>, Complex<T>> {
-        let mut scratch = vec![Complex::default(); self.rows.get_inplace_scratch_len()];
-        Box::new(move |input, output| {
-            output.copy_from_slice(input);
-            self.rows.process_with_scratch(output, &mut scratch);
-        })
-    }
-
-    fn factors(&self, scale: Scale, len: usize) -> [Option<T>; 2] {
-        plain(scale, len)
-    }
-}
-
 /// Runs `work` with as many threads; 0 stands for all.
 fn with_workers(workers: usize, work: impl FnOnce(bool) + Send) -> Result<(), String> {
     static POOLS: Mutex<Option<(usize, Arc<rayon::ThreadPool>)>> = Mutex::new(None);
@@ -426,7 +327,7 @@ fn with_workers(workers: usize, work: impl FnOnce(bool) + Send) -> Result<(), St
 struct Call<'py> {
     py: Python<'py>,
     axis: usize,
-    scale: Scale,
+    norm: u8,
     workers: usize,
 }
 
@@ -436,15 +337,17 @@ impl<'py> Call<'py> {
         &self,
         input: &Bound<'py, PyArrayDyn<A>>,
         [len, bins]: [usize; 2],
-        transform: Result<Arc<impl Transform<T, A, B>>, FftError>,
+        find: impl FnOnce(&mut Plans<T>) -> Result<Arc<Transform<A, B>>, FftError>,
     ) -> PyResult<Bound<'py, PyAny>>
     where
         T: Planned,
         A: Element + Sync,
         B: Element + Copy + Mul<T, Output = B> + Sync,
     {
+        // Work holds the lock of no plan, and waits for none.
+        let transform = find(&mut T::plans());
         let transform = transform.map_err(|error| PyValueError::new_err(format!("n: {error}")))?;
-        let [of_columns, of_rows] = transform.factors(self.scale, len);
+        let [of_columns, of_rows] = factors(self.norm, len, transform.is_mean);
         let mut shape = input.shape().to_vec();
         shape[self.axis] = bins;
         // SAFETY: every element is written below, or none exists.
@@ -482,11 +385,10 @@ fn call<'py>(
         let text = format!("axis: expected one below {}, found {axis}", shape.len());
         return Err(PyValueError::new_err(text));
     };
-    let scale = Scale::of(norm);
     let call = Call {
         py,
         axis,
-        scale,
+        norm,
         workers,
     };
     Ok((call, length))
@@ -505,12 +407,10 @@ pub fn r2c<'py>(
     let (call, n) = call(py, a, axis, norm, workers)?;
     let lengths = [n, n / 2 + 1];
     match a.cast::<PyArrayDyn<f64>>() {
-        Ok(a) => call.made(a, lengths, with_plans::<f64, _>(|plans| plans.forward(n))),
-        Err(_) => call.made(
-            a.cast()?,
-            lengths,
-            with_plans::<f32, _>(|plans| plans.forward(n)),
-        ),
+        Ok(a) => call.made(a, lengths, |plans: &mut Plans<f64>| plans.forward(n)),
+        Err(_) => call.made(a.cast()?, lengths, |plans: &mut Plans<f32>| {
+            plans.forward(n)
+        }),
     }
 }
 
@@ -531,12 +431,8 @@ pub fn c2r<'py>(
         return Err(PyValueError::new_err(text));
     }
     match a.cast::<PyArrayDyn<Complex<f64>>>() {
-        Ok(a) => call.made(a, [n, n], with_plans::<f64, _>(|plans| plans.inverse(n))),
-        Err(_) => call.made(
-            a.cast()?,
-            [n, n],
-            with_plans::<f32, _>(|plans| plans.inverse(n)),
-        ),
+        Ok(a) => call.made(a, [n, n], |plans: &mut Plans<f64>| plans.inverse(n)),
+        Err(_) => call.made(a.cast()?, [n, n], |plans: &mut Plans<f32>| plans.inverse(n)),
     }
 }
 
@@ -553,15 +449,9 @@ pub fn c2c<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let (call, n) = call(py, a, axis, norm, workers)?;
     match a.cast::<PyArrayDyn<Complex<f64>>>() {
-        Ok(a) => call.made(
-            a,
-            [n, n],
-            with_plans::<f64, _>(|plans| plans.both(n, is_forward)),
-        ),
-        Err(_) => call.made(
-            a.cast()?,
-            [n, n],
-            with_plans::<f32, _>(|plans| plans.both(n, is_forward)),
-        ),
+        Ok(a) => call.made(a, [n, n], |all: &mut Plans<f64>| all.both(n, is_forward)),
+        Err(_) => call.made(a.cast()?, [n, n], |all: &mut Plans<f32>| {
+            all.both(n, is_forward)
+        }),
     }
 }

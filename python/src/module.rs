@@ -5,15 +5,13 @@
 
 mod analysis;
 mod chains;
-mod estimates;
 mod faults;
 mod fft;
-mod fit;
 mod kept;
 mod page;
 mod parts;
+mod results;
 mod samples;
-mod triads;
 mod typed;
 mod watch;
 
@@ -25,21 +23,17 @@ mod _native {
     #[pymodule_export]
     use super::analysis::{analyze, filter, inspected, open, planned};
     #[pymodule_export]
-    use super::chains::{Run, attenuate, budget, compare, localize, simulate, sweep};
-    #[pymodule_export]
-    use super::estimates::estimate;
+    use super::chains::{Run, budget, compare, simulate, sweep};
     #[pymodule_export]
     use super::fft::{c2c, c2r, r2c};
-    #[pymodule_export]
-    use super::fit::{compare_field, design, fit, plan};
     #[pymodule_export]
     use super::page::{Page, report};
     #[pymodule_export]
     use super::parts::{Partial, combine, joined, outlined, partial};
     #[pymodule_export]
-    use super::samples::Samples;
+    use super::results::found;
     #[pymodule_export]
-    use super::triads::triads;
+    use super::samples::Samples;
     #[pymodule_export]
     use super::{is_run_file, program, scene_keys};
 

@@ -15,14 +15,13 @@ use wavecascade::report::{PartialArrays, Provenance, read_partial, write_partial
 use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
 
-use super::estimates::{Made, each_field};
 use super::faults;
+use super::results::{Made, each_field};
 use super::samples::{Opener, Source};
 use super::typed::{command, provenance};
 use super::watch;
 use crate::args::Command;
-use crate::estimates::EstimateCommand;
-use crate::estimates::parts::InParts;
+use crate::estimates::parts::any;
 use crate::failure::Failure;
 use crate::parse;
 
@@ -125,26 +124,19 @@ struct Opened {
 impl Opened {
     /// What these words say of these fields.
     fn new(words: &Command, openers: Vec<Opener>) -> Result<Opened, Failure> {
-        match words {
-            Command::Estimate(EstimateCommand::Spectrum(typed)) => Self::of(&**typed, openers),
-            Command::Estimate(EstimateCommand::Coherence(typed)) => Self::of(&**typed, openers),
-            _ => Err(Failure::Library(Error::Request {
-                option: "estimate",
-                expected: "spectrum or coherence".into(),
-                found: "another command".into(),
-            })),
-        }
-    }
-
-    fn of<T: InParts>(typed: &T, openers: Vec<Opener>) -> Result<Opened, Failure> {
-        let open =
-            |opener: Opener| opener.open_unhashed(&typed.shared().input, typed.shared().memory);
+        let typed = match words {
+            Command::Estimate(typed) => typed.in_parts(),
+            _ => None,
+        };
+        let expected = "spectrum or coherence";
+        let typed = typed.ok_or_else(|| Error::request("estimate", expected, "another command"))?;
+        let reading = typed.shared().reading();
+        let open = |opener: Opener| opener.open_unhashed(reading.input, reading.memory);
         let fields = each_field(openers)?.into_iter().map(open);
-        let fields = fields.collect::<Result<Vec<Field>, _>>()?;
         Ok(Opened {
+            fields: fields.collect::<Result<_, _>>()?,
             part: typed.parts().part,
             request: typed.divided()?,
-            fields,
         })
     }
 }
@@ -196,19 +188,13 @@ pub fn partial(
     Ok(Partial(done))
 }
 
-fn made<D: Describe + Send + Sync + 'static>(found: D, fields: &[String]) -> Result<Made, Failure> {
+fn result(found: Combined, fields: &[String]) -> Result<Made, Failure> {
+    let found = any(found);
     let command = found.describe().name;
     let words = [format!("{command}.combine")];
     let provenance = Provenance::new(provenance(&words), Some(fields.join(", ")), None);
     let name = fields.first().map_or("field", |name| name);
     Made::new(command, found, name, provenance)
-}
-
-fn result(found: Combined, fields: &[String]) -> Result<Made, Failure> {
-    match found {
-        Combined::Spectrum(found) => made(*found, fields),
-        Combined::Coherence(found) => made(*found, fields),
-    }
 }
 
 fn sums<'a>(partials: &'a [PyRef<'_, Partial>]) -> Vec<&'a Sums> {

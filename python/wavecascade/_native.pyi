@@ -11,25 +11,19 @@ __all__ = [
     "Run",
     "Samples",
     "analyze",
-    "attenuate",
     "budget",
     "c2c",
     "c2r",
     "combine",
     "compare",
-    "compare_field",
-    "design",
-    "estimate",
     "filter",
-    "fit",
+    "found",
     "inspected",
     "is_run_file",
     "join",
-    "localize",
     "open",
     "outline",
     "partial",
-    "plan",
     "planned",
     "program",
     "r2c",
@@ -37,7 +31,6 @@ __all__ = [
     "scene_keys",
     "simulate",
     "sweep",
-    "triads",
     "version",
 ]
 
@@ -105,8 +98,12 @@ def inspected(words: list[str]) -> str: ...
 def report(page: Page) -> str: ...
 def open(source: _Source, words: list[str]) -> dict[str, Any]: ...
 def filter(source: _Source, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
-def estimate(
-    sources: Sequence[_Source], words: list[str], progress: _Progress = None
+def found(
+    words: list[str],
+    progress: _Progress = None,
+    sources: Sequence[_Source] = (),
+    scene: str | None = None,
+    run: Run | None = None,
 ) -> dict[str, Any]: ...
 def partial(
     sources: Sequence[_Source],
@@ -125,24 +122,11 @@ def simulate(text: str | None, words: list[str], progress: _Progress = None) -> 
 def budget(
     moved: Run | _Source, scene_text: str | None, words: list[str], progress: _Progress = None
 ) -> dict[str, Any]: ...
-def design(scene_text: str | None, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
-def plan(scene_text: str | None, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
-def fit(
-    field: _Source, scene_text: str | None, words: list[str], progress: _Progress = None
-) -> dict[str, Any]: ...
 def is_run_file(path: str) -> bool: ...
-def compare_field(
-    field: _Source, scene_text: str | None, words: list[str], progress: _Progress = None
-) -> dict[str, Any]: ...
-def triads(moved: Run | _Source, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
 def compare(
     first: Run | _Source, second: Run | _Source, words: list[str], progress: _Progress = None
 ) -> tuple[str, Page]: ...
 def sweep(text: str | None, words: list[str], progress: _Progress = None) -> tuple[str, Page]: ...
-def localize(words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
-def attenuate(
-    text: str | None, words: list[str], progress: _Progress = None
-) -> tuple[str, str, Page]: ...
 def r2c(a: _Array, axis: int, norm: int, workers: int) -> npt.NDArray[np.complexfloating]: ...
 def c2r(a: _Array, n: int, axis: int, norm: int, workers: int) -> npt.NDArray[np.floating]: ...
 def c2c(

@@ -44,6 +44,20 @@ pub trait Describe {
     }
 }
 
+impl<D: Describe + ?Sized> Describe for Box<D> {
+    fn describe(&self) -> Sheet<'_> {
+        (**self).describe()
+    }
+
+    fn pictures(&self) -> Vec<PlotRow> {
+        (**self).pictures()
+    }
+
+    fn figures(&self) -> Vec<FigureLayout> {
+        (**self).figures()
+    }
+}
+
 /// A result as data.
 #[derive(Debug, Clone, Default)]
 pub struct Sheet<'a> {

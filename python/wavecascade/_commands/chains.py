@@ -43,7 +43,6 @@ Scene = Mapping[str, object] | str | os.PathLike[str] | None
 _KEYS = frozenset(_native.scene_keys())
 _SWEEP = frozenset(SweepOwn.__annotations__) | {"vary"}
 _ATTENUATE = frozenset(AttenuateOwn.__annotations__)
-_FIELD = {"fit": _native.fit, "compare": _native.compare_field}
 
 
 def _toml(value: Any) -> str:
@@ -296,7 +295,7 @@ def _of_field(
     allowed = own | frozenset(FieldOptions.__annotations__)
     with advising(allowed, of):
         said = words(command, typed, allowed, [name, *scene[1]])
-        found = _FIELD[command](of, scene[0], said, observed(progress))
+        found = _native.found(said, observed(progress), [of], scene[0])
     return _made(found)
 
 
@@ -340,10 +339,11 @@ def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptio
     """
     typed: dict[str, Any] = dict(options)
     handle = None if is_path(run) else run_of(run)
-    moved: Any = source(run, typed) if handle is None else handle
-    name = os.fspath(moved[0]) if isinstance(moved, list) else "run" if handle is not None else "field"
+    moved: Any = source(run, typed) if handle is None else None
+    name = os.fspath(moved[0]) if isinstance(moved, list) else "run"
     allowed = frozenset(TriadsOptions.__annotations__) | frozenset(FieldOptions.__annotations__)
-    found = _native.triads(moved, words("triads", typed, allowed, [name]), observed(progress))
+    said = words("triads", typed, allowed, [name])
+    found = _native.found(said, observed(progress), [moved] if handle is None else [], run=handle)
     return _made(found)
 
 
@@ -497,7 +497,7 @@ def _of_scene(
     allowed = frozenset(options.__annotations__) | {"free", "sensors"}
     with advising(allowed, file):
         said = words(command, typed, allowed, file or ["scene.toml"])
-        found = getattr(_native, command)(text, said, observed(progress))
+        found = _native.found(said, observed(progress), scene=text)
     return _made(found)
 
 
@@ -593,7 +593,7 @@ def localize(*, progress: Progress = None, **options: Unpack[LocalizeOptions]) -
         For options that do not fit, and a wave that is not found.
     """
     said = words("localize", dict(options), frozenset(LocalizeOptions.__annotations__))
-    found = _native.localize(said, observed(progress))
+    found = _native.found(said, observed(progress))
     summary = found["summary"]
     if found["csv"] is not None:
         return frame(_table(found["csv"]), {"summary": summary}, found["page"])
@@ -639,5 +639,5 @@ def attenuate(
     else:
         rest, files = dict(keys), [os.fspath(one) for one in scenes]
     said = words("attenuate", {**rest, "quiet": True}, _ATTENUATE | {"quiet"}, files, _KEYS)
-    table, summary, page = _native.attenuate(text or None, said, observed(progress))
-    return frame(_table(table), {"summary": summary}, page)
+    found = _native.found(said, observed(progress), scene=text or None)
+    return frame(_table(found["csv"]), {"summary": found["summary"]}, found["page"])

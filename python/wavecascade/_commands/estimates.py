@@ -92,7 +92,7 @@ def _estimated(
     names = ["field"] * len(sources)
     said = words(command, typed, allowed, names)
     with advising(allowed, sources[0] if sources else None):
-        found = _native.estimate(sources, said, observed(progress))
+        found = _native.found(said, observed(progress), sources)
     warn(found)
     return arranged(found)
 

@@ -1,6 +1,6 @@
 //! `cascade analyze`: typed arguments to a request, the run, the files.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -14,9 +14,10 @@ use wavecascade::budget::answer_of_run;
 use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
 use wavecascade::plot::{figures_of, save_all};
 use wavecascade::report::{
-    Provenance, ResultDirectory, RunFile, analysis_snippet, records_csv, sheet_html,
+    Provenance, ResultDirectory, RunFile, analysis_snippet, describe_analysis, records_csv,
+    sheet_html,
 };
-use wavecascade::sheet::Sheet;
+use wavecascade::sheet::{Describe, Sheet};
 use wavecascade::{Error, Field};
 
 use crate::args::{Analyze, Input, ResultArg};
@@ -26,10 +27,10 @@ use crate::figure_args::Drawing;
 use crate::further;
 use crate::progress::Progress;
 use crate::scan_args::folder_name;
-use crate::show_args::{AxisUnits, of_axis, stated};
+use crate::show_args::AxisUnits;
 use crate::summary::Summary;
-use crate::terminal::Tone;
-use crate::words::quoted;
+use crate::terminal::{Tone, print_json};
+use crate::words::{as_text, quoted};
 use crate::{dispersion, terminal};
 
 /// One field to analyze.
@@ -51,19 +52,10 @@ pub struct Finished {
     pub json: String,
     /// Directory of the results.
     pub published: PathBuf,
+    /// The file to open first.
+    pub main: PathBuf,
     /// Whether the field is that of a run.
     is_run: bool,
-}
-
-impl Finished {
-    /// The file to open first.
-    pub fn main(&self) -> PathBuf {
-        let report = self.published.join("report.html");
-        match report.exists() {
-            true => report,
-            false => self.published.join("summary.json"),
-        }
-    }
 }
 
 /// Runs the command on one field.
@@ -73,11 +65,11 @@ pub fn run(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
     if typed.work.plan {
         return print_plan(typed, files);
     }
-    let show = !typed.output.quiet && std::io::stderr().is_terminal();
     let started = Instant::now();
+    // `field-cascade` of `field.npy`; of other files with their extension.
     let usual = || match typed.scan.position_from {
-        Some(_) => default_out(&folder_name(field)),
-        None => default_out(field),
+        Some(_) => named_after(&folder_name(field), "npy", "-cascade"),
+        None => named_after(field, "npy", "-cascade"),
     };
     let out = typed.out.clone().unwrap_or_else(usual);
     let task = Task {
@@ -86,11 +78,11 @@ pub fn run(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
         files,
         out: &out,
         replace: typed.force,
-        progress: &Progress::new(show),
+        progress: &Progress::new(!typed.output.quiet),
     };
     let finished = task.run()?;
     tell(typed, &finished, field, started)?;
-    typed.figures.present.run(&finished.main())
+    typed.figures.present.run(&finished.main)
 }
 
 impl Task<'_> {
@@ -104,8 +96,8 @@ impl Task<'_> {
             ..
         } = *self;
         let options = open_options(&typed.input, typed.work.memory);
-        let drawing = typed.figures.drawing_of_maps(&typed.colors)?;
-        use_threads(typed.work.threads.map(usize::from))?;
+        let drawing = typed.figures.drawing(Some(&typed.colors))?;
+        use_threads(typed.work.threads)?;
         // Before any work: could the result be written?
         drop(ResultDirectory::create(out, self.replace)?);
         // A long file is hashed first, where it can be interrupted; a short one beside the work.
@@ -151,7 +143,18 @@ impl Task<'_> {
         analysis.content_hash = analysis.content_hash.or(hash?);
         let opened = field.file_state();
         let read_as = conclusions(&field);
-        let provenance = self.provenance(&analysis, &read_as);
+        let input = match self.files {
+            [first, .., last] => {
+                let (first, last) = (first.display(), last.display());
+                format!("{} files, {first} to {last}", self.files.len())
+            }
+            _ => path.display().to_string(),
+        };
+        let hash = analysis.content_hash.clone();
+        let provenance = Provenance {
+            read_as: read_as.clone(),
+            ..Provenance::new(as_text(), Some(input), hash)
+        };
         // Unmapping a file takes about as long as writing the remaining results.
         let mut sheet = analysis.words();
         for conclusion in &read_as {
@@ -163,14 +166,18 @@ impl Task<'_> {
             sheet.detail("further", further);
         }
         let (written, ()) = rayon::join(
-            || spectra.finish(&analysis, &sheet.summary_value(&provenance)),
+            || {
+                analysis.describe().write_to(spectra.arrays())?;
+                let summary = sheet.summary_value(&provenance);
+                spectra.finish(|file| describe_analysis(&analysis, &summary, file))
+            },
             || drop(field),
         );
         written?;
         progress.check()?;
         // All that reads or hashes the file has done so.
         opened.as_ref().map_or(Ok(()), FileState::check)?;
-        let json = sheet.summary(&provenance).map_err(std::io::Error::from)?;
+        let json = sheet.summary(&provenance)?;
         directory.write("summary.json", &json)?;
         if let Some(records) = &records {
             directory.write("records.csv", records_csv(records))?;
@@ -187,24 +194,10 @@ impl Task<'_> {
             analysis,
             sheet,
             json,
+            main: published.join(drawing.main()),
             published,
             is_run,
         })
-    }
-
-    fn provenance(&self, analysis: &Analysis, read_as: &[String]) -> Provenance {
-        let command = crate::words::as_text();
-        let first = self.field.display();
-        let input = match self.files {
-            [_, .., last] => {
-                format!("{} files, {first} to {}", self.files.len(), last.display())
-            }
-            _ => first.to_string(),
-        };
-        Provenance {
-            read_as: read_as.to_vec(),
-            ..Provenance::new(command, Some(input), analysis.content_hash.clone())
-        }
     }
 }
 
@@ -245,8 +238,7 @@ fn draw(
                 save_all(&figures, &folder, &drawing.formats)
             },
             || {
-                let page = sheet_html(analysis, sheet, name, provenance, style);
-                let page = page.map_err(std::io::Error::from)?;
+                let page = sheet_html(analysis, sheet, name, provenance, style)?;
                 Ok::<_, Failure>(directory.write("report.html", page)?)
             },
         )
@@ -268,29 +260,20 @@ fn tell(
     field: &Path,
     started: Instant,
 ) -> Result<(), Failure> {
-    let mut out = terminal::stdout();
     if typed.output.json {
-        writeln!(out, "{}", finished.json)?;
-        return Ok(());
+        return Ok(writeln!(terminal::stdout(), "{}", finished.json)?);
     }
     if typed.output.quiet {
         return Ok(());
     }
-    drop(out);
     let mut summary = Summary::of(&finished.analysis.name, &finished.sheet);
     let seconds = started.elapsed().as_secs_f64();
-    let main = finished.main();
-    let budget = match finished.is_run {
-        true => format!(
-            "; its energy: cascade budget {}",
-            quoted(&field.to_string_lossy())
-        ),
-        false => String::new(),
-    };
-    summary.last(&format!(
-        "done in {seconds:.2} s; open {}{budget}",
-        main.display()
-    ));
+    let mut last = format!("done in {seconds:.2} s; open {}", finished.main.display());
+    if finished.is_run {
+        let field = quoted(&field.to_string_lossy());
+        last += &format!("; its energy: cascade budget {field}");
+    }
+    summary.last(&last);
     Ok(summary.print(typed.output.detail.verbose)?)
 }
 
@@ -302,17 +285,17 @@ pub fn check_names(files: &[PathBuf]) -> Result<(), Error> {
     };
     match files.iter().find(is_result) {
         None => Ok(()),
-        Some(path) => Err(Error::Request {
-            option: "only",
-            expected: "names of results joined by commas, such as `--only temporal,spatial`".into(),
-            found: format!("`{}` among the fields", path.display()),
-        }),
+        Some(path) => Err(Error::request(
+            "only",
+            "names of results joined by commas, such as `--only temporal,spatial`",
+            format!("`{}` among the fields", path.display()),
+        )),
     }
 }
 
 /// Prints what would be computed of a field.
 pub fn print_plan(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
-    let is_drawn = typed.figures.drawing_of_maps(&typed.colors)?.is_wanted();
+    let is_drawn = typed.figures.drawing(Some(&typed.colors))?.is_wanted();
     let options = OpenOptions {
         hash: false,
         ..open_options(&typed.input, typed.work.memory)
@@ -326,14 +309,11 @@ pub fn print_plan(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
     let beside = own(stated);
     (plan.memory_needed, plan.memory_allowed) =
         (plan.memory_needed + beside, plan.memory_allowed + beside);
-    let mut out = terminal::stdout();
     if typed.output.json {
-        let text = serde_json::to_string_pretty(&plan.describe()).map_err(std::io::Error::from)?;
-        writeln!(out, "{text}")?;
-    } else {
-        write!(out, "{}", terminal::plan(&plan, terminal::width()))?;
+        return print_json(&plan.describe());
     }
-    Ok(())
+    let text = terminal::plan(&plan, terminal::width());
+    Ok(write!(terminal::stdout(), "{text}")?)
 }
 
 /// How a field was read where nothing states it and nothing speaks against it.
@@ -348,10 +328,7 @@ pub fn conclusions(field: &Field) -> Vec<String> {
 
 /// Prints to standard error how a field was read.
 pub fn print_notes(field: &Field, quiet: bool) {
-    if quiet {
-        return;
-    }
-    for note in &field.notes {
+    for note in field.notes.iter().filter(|_| !quiet) {
         let kind = match note.is_doubtful() {
             true => Tone::Warning,
             false => Tone::Note,
@@ -361,11 +338,6 @@ pub fn print_notes(field: &Field, quiet: bool) {
             terminal::message(Tone::Help, advice);
         }
     }
-}
-
-/// `field-cascade` of `field.npy`; of other files with their extension.
-fn default_out(field: &Path) -> PathBuf {
-    named_after(field, "npy", "-cascade")
 }
 
 /// A name here after that of a file; its extension is left out if it is the `usual` one, so that files
@@ -390,17 +362,15 @@ fn is_long(field: &Path) -> bool {
 /// Limits the global pool, which hashes and draws, to `threads` threads. It is built once: the first of
 /// several fields decides.
 pub fn use_threads(threads: Option<usize>) -> Result<(), Failure> {
-    let Some(threads) = threads else {
-        return Ok(());
-    };
     static BUILT: AtomicBool = AtomicBool::new(false);
-    if BUILT.swap(true, Ordering::Relaxed) {
-        return Ok(());
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-    Ok(pool.build_global().map_err(|e| Error::Threads {
-        threads,
-        reason: e.to_string(),
+    let threads = threads.filter(|_| !BUILT.swap(true, Ordering::Relaxed));
+    let built = threads.map_or(Ok(()), |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build_global()
+    });
+    Ok(built.map_err(|error| Error::Threads {
+        threads: threads.unwrap_or_default(),
+        reason: error.to_string(),
     })?)
 }
 
@@ -441,32 +411,24 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
 
 /// Sets what is asked in the units of the field's axes.
 fn in_units(typed: &Analyze, field: &Field, request: &mut Request) -> Result<(), Error> {
-    let units = AxisUnits::of(field);
-    let [time, frequency, wavenumber] =
-        [&units.time, &units.frequency, &units.wavenumber].map(|unit| unit.as_deref());
-    let bands = &typed.bands;
+    let (units, bands) = (AxisUnits::of(field), &typed.bands);
     if let Some(times) = typed.preparation.times {
-        let (from, to) = times.of_axis("times", time)?;
+        let (from, to) = units.ends("times", times)?;
         request.times = TimeRange::Interval { from, to };
     }
-    request.band_edge_frequency =
-        stated("band-edge-frequency", bands.band_edge_frequency, frequency)?;
-    request.band_edge_wavenumber = stated(
-        "band-edge-wavenumber",
-        bands.band_edge_wavenumber,
-        wavenumber,
-    )?;
-    request.reference_time = stated("reference-time", bands.reference_time, time)?;
-    request.front_window = stated("front-window", bands.front_window, time)?;
-    request.noise = stated("noise", bands.noise, field.unit.as_deref())?;
+    let edges = (bands.band_edge_frequency, bands.band_edge_wavenumber);
+    request.band_edge_frequency = units.stated("band-edge-frequency", edges.0)?;
+    request.band_edge_wavenumber = units.stated("band-edge-wavenumber", edges.1)?;
+    request.reference_time = units.stated("reference-time", bands.reference_time)?;
+    request.front_window = units.stated("front-window", bands.front_window)?;
+    request.noise = units.stated("noise", bands.noise)?;
     let times = typed.short_time.short_time_times.iter();
-    let times = times.map(|at| of_axis("short-time-times", *at, time));
+    let times = times.map(|at| units.number("short-time-times", *at));
     request.short_time.times = times.collect::<Result<_, _>>()?;
     let band = bands.direction_band;
-    request.direction_band = band
-        .map(|band| band.of_axis("direction-band", frequency))
-        .transpose()?;
-    request.show = typed.show.of_field(field)?;
+    let band = band.map(|band| units.ends("direction-band", band));
+    request.direction_band = band.transpose()?;
+    request.show = typed.show.in_units(&units)?;
     Ok(())
 }
 
@@ -513,7 +475,7 @@ pub fn request(typed: &Analyze, field: &Field, draws: bool) -> Result<Request, E
             window: typed.short_time.short_time_window,
         },
         precision: typed.work.precision.into(),
-        threads: typed.work.threads.map(usize::from),
+        threads: typed.work.threads,
         memory: typed.work.memory.map(|stated| stated - own(Some(stated))),
         ..Request::default()
     };

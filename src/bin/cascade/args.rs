@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::builder::UnknownArgumentValueParser;
+use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use wavecascade::field::{At, Resample, Selection};
 use wavecascade::measure::{Frequency, Length, Measure, Speed, Time, Wavenumber};
@@ -164,14 +164,6 @@ pub enum Command {
     },
 }
 
-/// Refuses an option with the commands that have it.
-fn in_parts() -> UnknownArgumentValueParser {
-    UnknownArgumentValueParser::suggest(
-        "an analysis is of whole records; averages over segments are made in parts by `cascade spectrum FIELD \
-         --part 3/64` and by `cascade coherence`",
-    )
-}
-
 /// What `cascade analyze` takes.
 #[derive(Debug, Args)]
 pub struct Analyze {
@@ -185,12 +177,6 @@ pub struct Analyze {
     /// its own in it, beside index.html and headlines.csv; by default fields-cascade.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
-
-    /// Where it is looked for, though it is none of a whole record.
-    #[arg(long, hide = true, value_parser = in_parts(), value_name = "I/N")]
-    pub part: Option<String>,
-    #[arg(long, hide = true, value_parser = in_parts(), value_name = "DIR")]
-    pub merge: Option<String>,
 
     /// Replace an existing result.
     #[arg(long)]
@@ -485,8 +471,8 @@ pub struct WorkArgs {
     #[arg(long, value_enum, default_value_t = PrecisionArg::F64)]
     pub precision: PrecisionArg,
     /// Worker threads [default: one a core]. The results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: Option<u16>,
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub threads: Option<usize>,
 }
 
 #[derive(Debug, Args)]

@@ -1,14 +1,8 @@
 //! The file of a result's arrays, in the format that was chosen.
 
 use wavecascade::Result;
-use wavecascade::analyze::Analysis;
 use wavecascade::arrays::Precision;
-use wavecascade::budget::Budget;
-use wavecascade::report::{
-    Archive, ArrayFile, ArrayFormat, NetCdf, ResultDirectory, describe_analysis, describe_budget,
-    write_budget_arrays,
-};
-use wavecascade::sheet::Describe;
+use wavecascade::report::{Archive, ArrayFile, ArrayFormat, NetCdf, ResultDirectory};
 
 /// A file of arrays while they are computed.
 pub enum ArraysFile {
@@ -39,25 +33,12 @@ impl ArraysFile {
         }
     }
 
-    /// Adds all that is known once an analysis is done.
-    pub fn finish(self, analysis: &Analysis, summary: &serde_json::Value) -> Result<()> {
-        analysis.describe().write_to(self.arrays())?;
+    /// Ends the file, of NetCDF with what `describe` adds.
+    pub fn finish(self, describe: impl FnOnce(&NetCdf)) -> Result<()> {
         match self {
             ArraysFile::Npz(archive) => archive.finish(),
             ArraysFile::NetCdf(file) => {
-                describe_analysis(analysis, summary, &file);
-                file.finish()
-            }
-        }
-    }
-
-    /// Adds all that is known once a budget is computed.
-    pub fn finish_budget(self, budget: &Budget, summary: &serde_json::Value) -> Result<()> {
-        write_budget_arrays(budget, self.arrays())?;
-        match self {
-            ArraysFile::Npz(archive) => archive.finish(),
-            ArraysFile::NetCdf(file) => {
-                describe_budget(budget, summary, &file);
+                describe(&file);
                 file.finish()
             }
         }

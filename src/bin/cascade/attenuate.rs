@@ -1,9 +1,8 @@
 //! `cascade attenuate`: the pulse of a struck chain against its length, or against a key of its scene.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use wavecascade::attenuation::{
     AttenuationRequest, ContactKind, Criterion, Curves, Followed, Measured, Named, Sense,
     TransmissionRequest, measured_peaks, read_curve,
@@ -14,17 +13,16 @@ use wavecascade::report::{Provenance, attenuation_snippet, transmission_snippet,
 use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
 
-use crate::analyze::{print_notes, use_threads};
+use crate::analyze::print_notes;
 use crate::args::choice;
-use crate::budget::command;
 use crate::chain_args::How;
-use crate::described::Described;
-use crate::estimates::subject_of;
+use crate::described::{Described, Describing, Found, Given, stem_of, subject_of};
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::parse;
-use crate::progress::Progress;
+use crate::scene::source_of;
 use crate::scene_keys::SceneKeys;
+use crate::words::as_text;
 
 /// What `cascade attenuate` takes.
 #[derive(Debug, Args)]
@@ -135,12 +133,11 @@ pub struct KeyArgs {
     pub no_extremes: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Where {
-    Chain,
-    Wall,
-    Both,
-}
+choice!(Where => Vec<Sense> {
+    Chain => vec![Sense::Chain],
+    Wall => vec![Sense::Wall],
+    Both => vec![Sense::Chain, Sense::Wall],
+});
 
 choice!(Kind => ContactKind {
     Soft => Self::Soft,
@@ -165,11 +162,10 @@ fn angle_pair(text: &str) -> Result<[f64; 2], String> {
 
 /// Runs the command.
 pub fn run(typed: Attenuate) -> Result<(), Failure> {
-    let drawing = typed.figures.drawing()?;
-    use_threads(typed.how.threads.map(usize::from))?;
-    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
+    let drawing = typed.figures.drawing(None)?;
+    let progress = typed.how.begin()?;
     progress.begin_writing();
-    let result = typed.find(None, &progress);
+    let result = typed.followed(None, &progress);
     progress.clear();
     let found = result?;
     let sheet = found.describe();
@@ -178,12 +174,11 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
         false => subject_of(&typed.scenes),
     };
     let input = typed.scenes.first().map(|path| path.display().to_string());
-    let provenance = Provenance::new(command(), input, None);
     let described = Described {
         found: &found,
         sheet: &sheet,
         name: &subject,
-        provenance: &provenance,
+        provenance: &Provenance::new(as_text(), input, None),
     };
     let mut main = None;
     if let Some(out) = &typed.out {
@@ -196,7 +191,24 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
     }
     match found.failed().len() {
         0 => Ok(()),
-        failed => Err(Failure::Chains(failed)),
+        failed => Err(Failure::Partly(format!(
+            "{failed} of the chains could not be followed, for reasons given under `failed`; the \
+             others stand"
+        ))),
+    }
+}
+
+impl Describing for Attenuate {
+    fn name(&self) -> &'static str {
+        "attenuate"
+    }
+
+    fn how(&self) -> &How {
+        &self.how
+    }
+
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
+        Ok(Found::of(self.followed(given.scene, observer)?))
     }
 }
 
@@ -215,7 +227,7 @@ fn script(curves: &Curves) -> String {
 
 impl Attenuate {
     /// Follows the pulses, and lays measured ones beside them. `text` is that of a scene without a file.
-    pub fn find(&self, text: Option<String>, observer: &dyn Observer) -> Result<Followed, Error> {
+    fn followed(&self, text: Option<String>, observer: &dyn Observer) -> Result<Followed, Error> {
         let directory = self.out.as_deref();
         let is_length = self.against == BODIES;
         let (curves, measured) = if is_length {
@@ -246,11 +258,8 @@ impl Attenuate {
             return Ok(Measured::Forces(read_curve(Path::new(path))?));
         }
         if self.length.sense == Some(Where::Wall) {
-            return Err(Error::Request {
-                option: "measured-field",
-                expected: "`--sense chain` or both: sites of a field are those of one chain".into(),
-                found: "wall".into(),
-            });
+            let expected = "`--sense chain` or both: sites of a field are those of one chain";
+            return Err(Error::request("measured-field", expected, "wall"));
         }
         let field = self.open(Path::new(path))?;
         let peaks = measured_peaks(&field);
@@ -307,74 +316,60 @@ impl Attenuate {
     /// The one scene whose keys an option varies.
     fn base(&self, text: Option<String>, option: &'static str) -> Result<SceneSource, Error> {
         let base = match (text, self.scenes.as_slice()) {
-            (Some(text), _) => SceneSource::new(None, text),
-            (None, []) => SceneSource::default(),
-            (None, [one]) => SceneSource::read(one)?,
-            (None, many) => {
-                return Err(Error::Request {
+            (None, many @ [_, _, ..]) => {
+                let found = format!("{} scenes", many.len());
+                return Err(Error::request(
                     option,
-                    expected: "one scene, whose keys are varied".into(),
-                    found: format!("{} scenes", many.len()),
-                });
+                    "one scene, whose keys are varied",
+                    found,
+                ));
             }
+            (text, one) => source_of(text, one.first().map(PathBuf::as_path))?,
         };
         Ok(base.with(self.keys.settings.clone()))
     }
 
     fn chains(&self, text: Option<String>) -> Result<Vec<Named>, Error> {
         let LengthArgs { angles, ratios, .. } = &self.length;
-        let mut chains = Vec::new();
+        let settings = &self.keys.settings;
         if angles.is_empty() && ratios.is_empty() {
-            for path in &self.scenes {
-                let scene = SceneSource::read(path)?.with(self.keys.settings.clone());
-                chains.push(Named {
-                    name: stem(path),
-                    scene,
-                });
+            if self.scenes.is_empty() && (text.is_some() || !settings.is_empty()) {
+                let scene = self.base(text, "against")?;
+                let name = "chain".into();
+                return Ok(vec![Named { name, scene }]);
             }
-            if chains.is_empty() && (text.is_some() || !self.keys.settings.is_empty()) {
-                chains.push(Named {
-                    name: "chain".into(),
-                    scene: self.base(text, "against")?,
-                });
-            }
-            return Ok(chains);
+            let read = |path: &PathBuf| {
+                let scene = SceneSource::read(path)?.with(settings.clone());
+                let name = stem_of(path);
+                Ok(Named { name, scene })
+            };
+            return self.scenes.iter().map(read).collect();
         }
-        let option = if angles.is_empty() {
-            "ratios"
-        } else {
-            "angles"
+        let option = match angles.is_empty() {
+            true => "ratios",
+            false => "angles",
         };
         let base = self.base(text, option)?;
-        for [first, second] in angles {
-            let angles = [
+        let crossed = angles.iter().map(|[first, second]| Named {
+            name: format!("angles {first}/{second}"),
+            scene: base.with([
                 setting("angle", &format!("{first:?}"), "angles"),
                 setting("second_angle", &format!("{second:?}"), "angles"),
-            ];
-            chains.push(Named {
-                name: format!("angles {first}/{second}"),
-                scene: base.with(angles),
-            });
-        }
-        for ratio in ratios {
-            let ratios = [setting("stiffness_ratio", &format!("{ratio:?}"), "ratios")];
-            chains.push(Named {
-                name: format!("ratio {ratio}"),
-                scene: base.with(ratios),
-            });
-        }
-        Ok(chains)
+            ]),
+        });
+        let of_ratios = ratios.iter().map(|ratio| Named {
+            name: format!("ratio {ratio}"),
+            scene: base.with([setting("stiffness_ratio", &format!("{ratio:?}"), "ratios")]),
+        });
+        Ok(crossed.chain(of_ratios).collect())
     }
 
     fn request(&self, text: Option<String>) -> Result<AttenuationRequest, Error> {
         let typed = &self.length;
         let bodies = typed.bodies.unwrap_or(LENGTH);
         if let Some(sites) = self.keys.settings.iter().find(|s| s.key == "sites") {
-            return Err(Error::Request {
-                option: "sites",
-                expected: "none beside `--bodies`, which says how long the chains are".into(),
-                found: sites.text.clone(),
-            });
+            let expected = "none beside `--bodies`, which says how long the chains are";
+            return Err(Error::request("sites", expected, &sites.text));
         }
         let mut chains = self.chains(text)?;
         // The length is varied; a scene need not state one.
@@ -385,20 +380,13 @@ impl Attenuate {
             }
         }
         if chains.is_empty() {
-            return Err(Error::Request {
-                option: "angles",
-                expected: "chains to compare: scene files, --angles, or --ratios".into(),
-                found: "none".into(),
-            });
+            let expected = "chains to compare: scene files, --angles, or --ratios";
+            return Err(Error::request("angles", expected, "none"));
         }
         Ok(AttenuationRequest {
             chains,
             length: bodies as usize,
-            senses: match typed.sense {
-                Some(Where::Chain) => vec![Sense::Chain],
-                Some(Where::Wall) => vec![Sense::Wall],
-                Some(Where::Both) | None => vec![Sense::Chain, Sense::Wall],
-            },
+            senses: typed.sense.unwrap_or(Where::Both).into(),
             lengths: typed.lengths.clone(),
             kind: typed.contacts.map_or(ContactKind::Soft, Into::into),
             criterion: typed.fit.map_or(Criterion::Aicc, Into::into),
@@ -413,45 +401,27 @@ impl Attenuate {
 fn against(scene: SceneSource, typed: &str) -> Result<(SceneSource, String), Error> {
     let key = typed.split('=').next().unwrap_or(typed);
     let usual = match key {
-        "angle" => "2:90:45",
-        "mass_ratio" => "0.1:1:45",
-        "stiffness_ratio" => "1:100:45log",
-        _ => "",
-    };
-    let over = match (typed.contains('='), usual) {
-        (true, _) => typed.to_owned(),
-        (false, "") => {
-            return Err(Error::Request {
-                option: "against",
-                expected:
-                    "`bodies`, or a key of the scene with its values, KEY=A:B:N or KEY=A,B,.."
-                        .into(),
-                found: typed.to_owned(),
-            });
+        _ if typed.contains('=') => typed.to_owned(),
+        "angle" => "angle=2:90:45".into(),
+        "mass_ratio" => "mass_ratio=0.1:1:45".into(),
+        "stiffness_ratio" => "stiffness_ratio=1:100:45log".into(),
+        _ => {
+            let expected =
+                "`bodies`, or a key of the scene with its values, KEY=A:B:N or KEY=A,B,..";
+            return Err(Error::request("against", expected, typed));
         }
-        (false, usual) => format!("{key}={usual}"),
     };
     let typed = scene.scene()?;
-    let scene = match key == "angle" && typed.second_angle.is_none() {
-        true => {
-            let first = typed.angle.is_none();
-            let first = first.then(|| setting("angle", "90", "against"));
-            scene.with(
-                first
-                    .into_iter()
-                    .chain([setting("second_angle", "90", "against")]),
-            )
+    let mut crossed = Vec::new();
+    if key == "angle" && typed.second_angle.is_none() {
+        crossed.push(setting("second_angle", "90", "against"));
+        if typed.angle.is_none() {
+            crossed.push(setting("angle", "90", "against"));
         }
-        false => scene,
-    };
-    Ok((scene, over))
+    }
+    Ok((scene.with(crossed), usual))
 }
 
 fn setting(key: &str, text: &str, option: &str) -> Setting {
     Setting::new(key, text, format!("--{option}"))
-}
-
-fn stem(path: &Path) -> String {
-    let stem = path.file_stem().unwrap_or(path.as_os_str());
-    stem.to_string_lossy().into_owned()
 }

@@ -1,7 +1,6 @@
 //! `cascade budget`: a run file, its budgets, the files.
 
-use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
@@ -12,19 +11,20 @@ use wavecascade::budget::{Budget as Found, Motion};
 use wavecascade::field::{FileState, file_hash, is_run_file};
 use wavecascade::observer::Observer;
 use wavecascade::plot::{figures_of, save_all};
-use wavecascade::report::{Provenance, ResultDirectory, RunFile, budget_snippet, sheet_html};
+use wavecascade::report::{
+    Provenance, ResultDirectory, RunFile, budget_snippet, describe_budget, sheet_html,
+    write_budget_arrays,
+};
 
-use crate::analyze::{named_after, use_threads};
+use crate::analyze::named_after;
 use crate::args::FormatArg;
 use crate::arrays_file::ArraysFile;
-use crate::chain_args::How;
-use crate::described::tell;
-use crate::estimates::subject_of;
+use crate::described::{ResultArgs, end, stem_of, subject_of};
 use crate::failure::Failure;
-use crate::figure_args::{ColorArgs, FigureArgs};
+use crate::figure_args::ColorArgs;
 use crate::measured::{self, MeasuredArgs, MeasuredInput};
-use crate::progress::Progress;
 use crate::view_args::ViewArgs;
+use crate::words::as_text;
 
 /// What `cascade budget` takes.
 #[derive(Debug, Args)]
@@ -32,68 +32,57 @@ use crate::view_args::ViewArgs;
 pub struct Budget {
     /// Run file of `cascade simulate`; with `--scene`, a measured field of velocities.
     pub run: PathBuf,
-    /// Directory for the results; by default the run's name with `-budget`, here (run-budget
-    /// for run.npz, field.npy-budget for field.npy).
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Replace an existing result.
-    #[arg(long)]
-    pub force: bool,
     /// File of the arrays: budget.npz for NumPy, or budget.nc for `xarray.open_dataset`, with named
     /// dimensions, coordinates and units.
     #[arg(long, value_enum, default_value_t = FormatArg::Npz)]
     pub format: FormatArg,
     #[command(flatten)]
-    pub how: How,
+    pub result: ResultArgs,
     #[command(flatten)]
     pub views: ViewArgs,
     #[command(flatten)]
     pub measured: MeasuredArgs,
-    #[command(flatten)]
-    pub figures: FigureArgs,
     #[command(flatten)]
     pub colors: ColorArgs,
 }
 
 /// Runs the command.
 pub fn run(typed: Budget) -> Result<(), Failure> {
-    let drawing = typed.figures.drawing_of_maps(&typed.colors)?;
-    let out = typed.out.clone().unwrap_or_else(|| default_out(&typed.run));
-    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
+    let ResultArgs {
+        out,
+        force,
+        figures,
+        how,
+    } = &typed.result;
+    let drawing = figures.drawing(Some(&typed.colors))?;
+    let out = out.clone();
+    let out = out.unwrap_or_else(|| named_after(&typed.run, "npz", "-budget"));
+    let progress = how.begin()?;
     let started = Instant::now();
-    use_threads(typed.how.threads.map(usize::from))?;
     // Before any work: could the result be written?
-    drop(ResultDirectory::create(&out, typed.force)?);
+    drop(ResultDirectory::create(&out, *force)?);
     let opened = FileState::at(&typed.run)?;
     let source = match &typed.measured.scene {
         None => {
             if typed.run.is_file() && !is_run_file(&typed.run)? {
-                return Err(Failure::Library(Error::Request {
-                    option: "scene",
-                    expected: format!(
-                        "the chain that this field is a record of, `cascade budget {} --scene SCENE.toml`",
-                        typed.run.display()
-                    ),
-                    found: "no scene, and a file that is no run of `cascade simulate`".into(),
-                }));
+                let expected = format!(
+                    "the chain that this field is a record of, `cascade budget {} --scene SCENE.toml`",
+                    typed.run.display()
+                );
+                let found = "no scene, and a file that is no run of `cascade simulate`";
+                return Err(Error::request("scene", expected, found).into());
             }
             MotionSource::Run(Box::new(RunFile::read(&typed.run)?))
         }
         Some(scene) => {
-            let read = measured::read(
-                &typed.run,
-                scene,
-                &typed.measured,
-                &typed.views,
-                typed.how.quiet,
-            );
+            let read = measured::read(&typed.run, scene, &typed.measured, &typed.views, how.quiet);
             MotionSource::Measured(Box::new(read.map_err(|error| error.of_file(&typed.run))?))
         }
     };
-    let name = name_of(&typed.run);
+    let name = stem_of(&typed.run);
 
     progress.begin_writing();
-    let directory = ResultDirectory::create(&out, typed.force)?;
+    let directory = ResultDirectory::create(&out, *force)?;
     let format = typed.format.into();
     let arrays = ArraysFile::create(&directory, "budget", format, Precision::F64)?;
     let budget = match &source {
@@ -103,12 +92,13 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     let budget = budget.map_err(|error| error.of_file(&typed.run))?;
     progress.check()?;
     let input = typed.run.display().to_string();
-    let provenance = Provenance::new(command(), Some(input), Some(file_hash(&typed.run)?));
+    let provenance = Provenance::new(as_text(), Some(input), Some(file_hash(&typed.run)?));
     // All that reads or hashes the file has done so.
     opened.check()?;
     let mut sheet = budget.describe(source.report());
-    arrays.finish_budget(&budget, &sheet.summary_value(&provenance))?;
-    let json = sheet.summary(&provenance).map_err(std::io::Error::from)?;
+    write_budget_arrays(&budget, arrays.arrays())?;
+    arrays.finish(|file| describe_budget(&budget, &sheet.summary_value(&provenance), file))?;
+    let json = sheet.summary(&provenance)?;
     directory.write("summary.json", &json)?;
     directory.write("plot.py", budget_snippet(&budget, &name, format))?;
     if drawing.is_wanted() {
@@ -118,19 +108,18 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
         let folder = directory.path().join("figures");
         save_all(&figures, &folder, &drawing.formats)?;
         let page = sheet_html(&budget, &sheet, &name, &provenance, style);
-        directory.write("report.html", page.map_err(std::io::Error::from)?)?;
+        directory.write("report.html", page?)?;
     }
-    progress.check()?;
-    let published = directory.publish()?;
-    progress.clear();
+    let seconds = format!("{:.2} s", started.elapsed().as_secs_f64());
+    sheet.detail("computation", seconds);
     let subject = subject_of(std::slice::from_ref(&typed.run));
-    let main = published.join(drawing.main());
-    sheet.detail(
-        "computation",
-        format!("{:.2} s", started.elapsed().as_secs_f64()),
-    );
-    tell(&sheet, &json, &subject, &typed.how, Some(&main))?;
-    drawing.present(&main)
+    end(
+        (&sheet, &subject),
+        &json,
+        directory,
+        (&drawing, how),
+        &progress,
+    )
 }
 
 /// Where the motion comes from.
@@ -157,19 +146,4 @@ pub fn compute(
 ) -> Result<Found, Error> {
     let motion = Motion::of(&file.run)?;
     wavecascade::budget::run(&motion, &views.request(&file.setup)?, sink, observer)
-}
-
-/// The words typed.
-pub fn command() -> Vec<String> {
-    crate::words::as_text()
-}
-
-pub fn name_of(run: &Path) -> String {
-    let stem = run.file_stem().unwrap_or_default();
-    stem.to_string_lossy().into_owned()
-}
-
-/// `run-budget` of `run.npz`, which runs are; of other files with their extension.
-fn default_out(run: &Path) -> PathBuf {
-    named_after(run, "npz", "-budget")
 }

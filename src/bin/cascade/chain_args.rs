@@ -3,16 +3,18 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use clap::builder::PossibleValuesParser;
-use wavecascade::Result;
+use clap::builder::{PossibleValuesParser, RangedU64ValueParser};
 use wavecascade::chain::Run;
 use wavecascade::chain::scene::{PRESETS, SceneSource, Setup};
 use wavecascade::fit::gradient;
 use wavecascade::observer::Observer;
 use wavecascade::sweep::Part;
 
+use crate::analyze::use_threads;
 use crate::args::DetailArgs;
+use crate::failure::Failure;
 use crate::parse;
+use crate::progress::Progress;
 use crate::scene_keys::SceneKeys;
 
 /// What `cascade simulate` takes.
@@ -58,7 +60,7 @@ impl Simulate {
         source: &SceneSource,
         setup: &Setup,
         observer: &dyn Observer,
-    ) -> Result<Run> {
+    ) -> wavecascade::Result<Run> {
         let run = setup.simulation.run(observer);
         let mut run = run.map_err(|error| source.locate(error))?;
         if !self.gradient.is_empty() {
@@ -140,8 +142,8 @@ impl SweepCommand {
 #[derive(Debug, Clone, Args)]
 pub struct How {
     /// Worker threads [default: one a core]. The results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub threads: Option<u16>,
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=256))]
+    pub threads: Option<usize>,
 
     /// Print the results as JSON on standard output.
     #[arg(long)]
@@ -153,6 +155,14 @@ pub struct How {
 
     #[command(flatten)]
     pub detail: DetailArgs,
+}
+
+impl How {
+    /// Takes the threads, and listens for interrupts from now on.
+    pub fn begin(&self) -> Result<Progress, Failure> {
+        use_threads(self.threads)?;
+        Ok(Progress::new(!self.quiet))
+    }
 }
 
 /// What `cascade scene` takes.

@@ -1,46 +1,43 @@
 //! `cascade compare`: the budgets of two runs on one page, or a measured field against a run.
 
-use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::Value;
+use wavecascade::Error;
 use wavecascade::budget::{Budget, ComparedBudgets};
 use wavecascade::chain::scene::{SceneSource, Units};
 use wavecascade::field::{FileState, file_hash, is_run_file};
-use wavecascade::fit::{CompareRequest, Comparison};
+use wavecascade::fit::CompareRequest;
 use wavecascade::observer::Observer;
 use wavecascade::plot::{Style, figures_of, save_all};
 use wavecascade::report::{Provenance, ResultDirectory, RunFile, sheet_html};
 use wavecascade::sheet::Describe;
-use wavecascade::{Error, Field};
 
-use crate::analyze::use_threads;
 use crate::args::Input;
-use crate::budget::{command, compute, name_of};
+use crate::budget::compute;
 use crate::chain_args::How;
-use crate::described::{Found, ResultArgs, tell};
-use crate::estimates::subject_of;
+use crate::described::{
+    self, Describing, Found, Given, Publishing, Reading, ResultArgs, end, stem_of, subject_of,
+};
 use crate::failure::Failure;
-use crate::figure_args::FigureArgs;
-use crate::fit::of_field;
+use crate::further::input_options;
 use crate::parse;
-use crate::progress::Progress;
+use crate::scene::source_of;
 use crate::view_args::ViewArgs;
+use crate::words::as_text;
+
+/// Directory for the results where none is named.
+const OUT: &str = "comparison";
 
 /// What `cascade compare` takes.
 #[derive(Debug, Args)]
+#[command(mut_arg("out", |arg| arg.default_value(OUT).help("Directory for the results")))]
 pub struct Compare {
     /// Run file of `cascade simulate`, for example of a chain that carries a localized wave; or a measured field.
     pub first: PathBuf,
     /// Another run, for example of a dispersive chain; beside a field a run or its scene.
     pub second: PathBuf,
-    /// Directory for the results.
-    #[arg(long, short, value_name = "DIR", default_value = "comparison")]
-    pub out: PathBuf,
-    /// Replace an existing result.
-    #[arg(long)]
-    pub force: bool,
     /// Of a field, the body of each site, or of forces the contact [default: by the positions, else by the numbers of the
     /// sites].
     #[arg(long, value_delimiter = ',', value_name = "BODY,..")]
@@ -49,58 +46,76 @@ pub struct Compare {
     #[arg(long, value_name = "SHARE", value_parser = parse::share)]
     pub within: Option<f64>,
     #[command(flatten)]
-    pub how: How,
+    pub result: ResultArgs,
     #[command(flatten)]
     pub views: ViewArgs,
     #[command(flatten)]
     pub input: Input,
-    #[command(flatten)]
-    pub figures: FigureArgs,
 }
 
 impl Compare {
     /// Whether the first file is a run; others are fields.
-    pub fn is_of_runs(&self) -> Result<bool, Error> {
+    fn is_of_runs(&self) -> Result<bool, Error> {
         Ok(!self.first.is_file() || is_run_file(&self.first)?)
     }
 
-    /// That no option of fields is there beside two runs.
-    pub fn refuse_options_of_fields(&self) -> Result<(), Error> {
-        if self.input == Input::default() {
-            return Ok(());
+    /// That no option of fields is among the words beside two runs.
+    pub fn refuse_options_of_fields(&self, words: &[String]) -> Result<(), Error> {
+        match input_options(words).trim_start() {
+            "" => Ok(()),
+            typed => Err(Error::Unfit {
+                path: self.first.clone(),
+                expected: format!("a measured field beside `{typed}`, which says how one is read"),
+                found: "a run, which has its own axes and units: leave it out".into(),
+            }),
         }
-        Err(Error::Unfit {
-            path: self.first.clone(),
-            expected: "no options of fields beside two runs, which have their own axes".into(),
-            found: "some".into(),
+    }
+}
+
+impl Describing for Compare {
+    fn name(&self) -> &'static str {
+        "compare"
+    }
+
+    fn how(&self) -> &How {
+        &self.result.how
+    }
+
+    fn reading(&self) -> Option<Reading<'_>> {
+        Some(Reading {
+            input: &self.input,
+            memory: None,
         })
     }
 
-    /// The chain of a text, else of a run, or of a scene.
-    pub fn source(&self, text: Option<String>) -> Result<SceneSource, Error> {
+    /// A field against the chain of a text, else of a run, or of a scene.
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
         let file = &self.second;
-        match text {
-            Some(text) => Ok(SceneSource::new(None, text)),
-            None if is_run_file(file)? => Ok(SceneSource::new(
-                Some(file),
-                RunFile::read(file)?.setup.text,
-            )),
-            None => SceneSource::read(file),
-        }
-    }
-
-    /// A field against a chain.
-    pub fn find(
-        &self,
-        field: &Field,
-        scene: &SceneSource,
-        observer: &dyn Observer,
-    ) -> Result<Comparison, Error> {
+        let scene = match given.scene.clone() {
+            None if is_run_file(file)? => {
+                SceneSource::new(Some(file), RunFile::read(file)?.setup.text)
+            }
+            text => source_of(text, Some(file))?,
+        };
         let request = CompareRequest {
             bodies: self.bodies.clone(),
             within: self.within.unwrap_or(CompareRequest::default().within),
         };
-        request.run(field, scene, observer)
+        Ok(Found::of(request.run(given.field()?, &scene, observer)?))
+    }
+}
+
+impl Publishing for Compare {
+    fn result(&self) -> &ResultArgs {
+        &self.result
+    }
+
+    fn files(&self) -> Result<(Vec<PathBuf>, &'static str), Failure> {
+        Ok((vec![self.first.clone()], "npy"))
+    }
+
+    fn arrays(&self) -> &'static str {
+        "compare-field"
     }
 }
 
@@ -146,7 +161,7 @@ impl Compared {
         let (a, first) = one(files[0], &paths[0])?;
         let (b, second) = one(files[1], &paths[1])?;
         Ok(Compared {
-            names: names(paths.each_ref().map(|path| name_of(path))),
+            names: names(paths.each_ref().map(|path| stem_of(path))),
             budgets: [a, b],
             summaries: [first, second],
             provenance: Provenance::new(words.to_vec(), None, None),
@@ -187,13 +202,20 @@ impl Compared {
 /// Runs the command.
 pub fn run(typed: Compare) -> Result<(), Failure> {
     if !typed.is_of_runs()? {
-        return run_of_field(typed);
+        return described::run(&typed);
     }
-    typed.refuse_options_of_fields()?;
-    let drawing = typed.figures.drawing()?;
-    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    use_threads(typed.how.threads.map(usize::from))?;
-    drop(ResultDirectory::create(&typed.out, typed.force)?);
+    let words = as_text();
+    typed.refuse_options_of_fields(&words)?;
+    let ResultArgs {
+        figures,
+        how,
+        force,
+        out,
+    } = &typed.result;
+    let drawing = figures.drawing(None)?;
+    let progress = how.begin()?;
+    let out = out.clone().unwrap_or_else(|| OUT.into());
+    drop(ResultDirectory::create(&out, *force)?);
     let opened = [FileState::at(&typed.first)?, FileState::at(&typed.second)?];
     if !is_run_file(&typed.second)? {
         return Err(Failure::Library(Error::Unfit {
@@ -204,53 +226,32 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     }
     let files = [RunFile::read(&typed.first)?, RunFile::read(&typed.second)?];
     progress.begin_writing();
-    let directory = ResultDirectory::create(&typed.out, typed.force)?;
+    let directory = ResultDirectory::create(&out, *force)?;
     let paths = [typed.first, typed.second];
     let both = [&files[0], &files[1]];
-    let compared = Compared::of(typed.views, both, &paths, &command(), &progress)?;
+    let compared = Compared::of(typed.views, both, &paths, &words, &progress)?;
     // All that reads or hashes the files has done so.
     opened.iter().try_for_each(FileState::check)?;
     let found = compared.found();
     let sheet = found.describe();
-    let json = compared.json().map_err(std::io::Error::from)?;
+    let json = compared.json()?;
     directory.write("summary.json", &json)?;
     if drawing.is_wanted() {
         progress.stage("drawing", 1);
-        let page = compared
-            .page(&drawing.style)
-            .map_err(std::io::Error::from)?;
-        directory.write("report.html", page)?;
+        directory.write("report.html", compared.page(&drawing.style)?)?;
         let name = compared.name();
         let figures = figures_of(&found, &sheet, &name, "compare", &drawing.style);
         let folder = directory.path().join("figures");
         save_all(&figures, &folder, &drawing.formats)?;
     }
-    progress.check()?;
-    let published = directory.publish()?;
-    progress.clear();
     let subject = paths.map(|path| subject_of(&[path])).join(" and ");
-    let main = published.join(drawing.main());
-    tell(&sheet, &json, &subject, &typed.how, Some(&main))?;
-    drawing.present(&main)
-}
-
-fn run_of_field(typed: Compare) -> Result<(), Failure> {
-    let result = ResultArgs {
-        out: Some(typed.out.clone()),
-        force: typed.force,
-        figures: typed.figures.clone(),
-        how: typed.how.clone(),
-    };
-    result.make((&typed.first, "npy"), "compare", |progress| {
-        let find = |field: &Field| typed.find(field, &typed.source(None)?, progress);
-        let of = (&*typed.first, &typed.input);
-        let (found, hash) = of_field(of, typed.how.quiet, find)?;
-        Ok(Found {
-            found,
-            hash,
-            beside: None,
-        })
-    })
+    end(
+        (&sheet, &subject),
+        &json,
+        directory,
+        (&drawing, how),
+        &progress,
+    )
 }
 
 /// Two names that differ.

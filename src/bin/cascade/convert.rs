@@ -1,6 +1,6 @@
 //! `cascade convert`: a field in another format.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -12,10 +12,11 @@ use wavecascade::report::FieldFile;
 use crate::analyze::{open_options, print_notes};
 use crate::args::Input;
 use crate::failure::Failure;
+use crate::fields::expanded;
 use crate::parse;
 use crate::progress::Progress;
 use crate::scan_args::{ScanArgs, records_json};
-use crate::terminal;
+use crate::terminal::{self, print_json};
 
 /// What `cascade convert` takes.
 #[derive(Debug, Args)]
@@ -52,20 +53,14 @@ pub struct Convert {
 }
 
 /// Runs the command on one file, or on the files of a scan.
-pub fn run(typed: Convert, files: &[PathBuf]) -> Result<(), Failure> {
-    convert(&typed, files).map_err(|failure| match failure {
-        Failure::Library(error) => Failure::Converted(Box::new(error)),
-        other => other,
-    })
-}
-
-fn convert(typed: &Convert, files: &[PathBuf]) -> Result<(), Failure> {
+pub fn run(typed: &Convert) -> Result<(), Failure> {
+    let files = &expanded(&typed.fields)?;
     let out = &typed.out;
     typed.scan.check_files(files)?;
     check_extension(typed)?;
     // Before any work: could the result be written?
     FieldFile::check(out, typed.force)?;
-    let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
+    let progress = Progress::new(!typed.quiet);
     let options = OpenOptions {
         hash: false,
         ..open_options(&typed.input, typed.memory)
@@ -75,7 +70,6 @@ fn convert(typed: &Convert, files: &[PathBuf]) -> Result<(), Failure> {
     progress.begin_writing();
     FieldFile::write_observed(out, typed.force, &field, &progress)?;
     progress.clear();
-    let mut stdout = terminal::stdout();
     let (times, sites) = (field.n_times(), field.n_sites());
     let quantity = field.quantity.name();
     let precision = field.precision();
@@ -89,11 +83,10 @@ fn convert(typed: &Convert, files: &[PathBuf]) -> Result<(), Failure> {
         if let Some(records) = &records {
             summary["records"] = records_json(records);
         }
-        let text = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
-        writeln!(stdout, "{text}")?;
+        print_json(&summary)?;
     } else if !typed.quiet {
         writeln!(
-            stdout,
+            terminal::stdout(),
             "wrote {}, {quantity} at {times} times and {sites} sites; next: cascade analyze {0}",
             out.display()
         )?;
@@ -112,9 +105,9 @@ fn check_extension(typed: &Convert) -> Result<(), Error> {
         return Ok(());
     }
     let names = FieldFile::EXTENSIONS.map(|known| format!(".{known}"));
-    Err(Error::Request {
-        option: "out",
+    Err(Error::Unfit {
+        path: typed.out.clone(),
         expected: format!("a name that ends in {}", names.join(", ")),
-        found: typed.out.display().to_string(),
+        found: format!("{extension:?}"),
     })
 }

@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
 use wavecascade::Error;
-use wavecascade::chain::scene::SceneSource;
-use wavecascade::design::{Aim, DesignRequest, Designed, Judge, Limit};
+use wavecascade::design::{Aim, DesignRequest, Judge, Limit};
 use wavecascade::observer::Observer;
 
 use crate::args::choice;
-use crate::described::{Found, ResultArgs};
+use crate::chain_args::How;
+use crate::described::{Describing, Found, Given, Publishing, ResultArgs};
 use crate::failure::Failure;
+use crate::scene::source_of;
 
 /// The scene with the values found, in the directory of the results.
 const SCENE: &str = "design.toml";
@@ -81,39 +82,43 @@ choice!(
     }
 );
 
-impl DesignArgs {
-    /// What is asked, and found.
-    pub fn find(&self, scene: &SceneSource, observer: &dyn Observer) -> Result<Designed, Error> {
-        let limits: Result<Vec<Limit>, Error> =
-            self.at_most.iter().map(|text| Limit::parse(text)).collect();
-        let aim = self
-            .minimize
-            .or(self.maximize)
-            .unwrap_or(Aim::PeakForceLast);
+impl Describing for DesignArgs {
+    fn name(&self) -> &'static str {
+        "design"
+    }
+
+    fn how(&self) -> &How {
+        &self.result.how
+    }
+
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
+        let scene = source_of(given.scene, Some(&self.scene))?;
+        let limits = self.at_most.iter().map(|text| Limit::parse(text));
+        let aim = self.minimize.or(self.maximize);
         let request = DesignRequest {
             is_most: self.maximize.is_some(),
-            limits: limits?,
+            limits: limits.collect::<Result<_, _>>()?,
             tolerances: self.tolerance.clone(),
             judge: self.judge.into(),
             members: self.members,
             tries: self.tries,
             seed: self.seed,
-            ..DesignRequest::least(aim, self.free.clone())
+            ..DesignRequest::least(aim.unwrap_or(Aim::PeakForceLast), self.free.clone())
         };
-        request.run(scene, observer)
+        let found = request.run(&scene, observer)?;
+        Ok(Found {
+            beside: Some((SCENE, found.scene.clone())),
+            ..Found::of(found)
+        })
     }
 }
 
-/// Runs the command.
-pub fn run(typed: &DesignArgs) -> Result<(), Failure> {
-    typed
-        .result
-        .make((&typed.scene, "toml"), "design", |progress| {
-            let found = typed.find(&SceneSource::read(&typed.scene)?, progress)?;
-            Ok(Found {
-                beside: Some((SCENE, found.scene.clone())),
-                hash: None,
-                found,
-            })
-        })
+impl Publishing for DesignArgs {
+    fn result(&self) -> &ResultArgs {
+        &self.result
+    }
+
+    fn files(&self) -> Result<(Vec<PathBuf>, &'static str), Failure> {
+        Ok((vec![self.scene.clone()], "toml"))
+    }
 }

@@ -34,7 +34,7 @@ pub fn stated(
     if typed_relations.iter().any(|one| one == "none") {
         return match typed_relations.len() {
             1 => Ok(Some(Vec::new())),
-            _ => Err(refuse("none alone, or relations", "both")),
+            _ => Err(Error::request("dispersion", "none alone, or relations", "both").into()),
         };
     }
     let known = constants(typed, &lattice)?;
@@ -100,23 +100,11 @@ fn constants(
     Ok(known)
 }
 
-fn read(one: &str, known: &Constants) -> Result<Dispersion, Failure> {
-    Ok(match is_table(one) {
-        true => Dispersion::read_csv(Path::new(one))?,
-        false => Dispersion::parse(one, known)?,
-    })
-}
-
-fn is_table(one: &str) -> bool {
-    Path::new(one)
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
-}
-
-fn refuse(expected: &str, found: &str) -> Failure {
-    Failure::Library(Error::Request {
-        option: "dispersion",
-        expected: expected.into(),
-        found: found.into(),
-    })
+fn read(one: &str, known: &Constants) -> Result<Dispersion, Error> {
+    let path = Path::new(one);
+    let extension = path.extension().unwrap_or_default();
+    match extension.eq_ignore_ascii_case("csv") {
+        true => Dispersion::read_csv(path),
+        false => Dispersion::parse(one, known),
+    }
 }

@@ -14,30 +14,19 @@ use crate::terminal::{Tone, message};
 #[derive(Debug)]
 pub enum Failure {
     Library(Error),
-    /// The same of `convert`, whose output is no option but the second of its files.
-    Converted(Box<Error>),
     /// A pattern that is none, or matches nothing.
     Pattern {
         pattern: String,
         found: String,
     },
-    /// Some fields of several have no result.
-    Fields {
-        failed: usize,
-        fields: usize,
-    },
+    /// Some of several have no result, as this says.
+    Partly(String),
     /// Several fields, interrupted after some of them.
     Stopped {
         known: usize,
         fields: usize,
         out: PathBuf,
     },
-    /// Number of runs of a sweep that failed.
-    Members(usize),
-    /// Number of chains that failed.
-    Chains(usize),
-    /// Number of orders whose localized wave could not be resolved.
-    Orders(usize),
     /// Standard output was closed or could not be written.
     Output(std::io::Error),
 }
@@ -51,6 +40,12 @@ impl From<Error> for Failure {
 impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
         Failure::Output(error)
+    }
+}
+
+impl From<serde_json::Error> for Failure {
+    fn from(error: serde_json::Error) -> Self {
+        Failure::Output(error.into())
     }
 }
 
@@ -90,40 +85,15 @@ impl Failure {
                 let option = fault.key.replace('_', "-");
                 format!("--{}", fault.to_string().replacen(&fault.key, &option, 1))
             }
-            Failure::Converted(error) => match &**error {
-                Error::Request {
-                    option: "out",
-                    expected,
-                    found,
-                } => format!("OUT: expected {expected}, found {found}"),
-                Error::Request {
-                    option,
-                    expected,
-                    found,
-                } => format!("--{option}: expected {expected}, found {found}"),
-                error => error.to_string(),
-            },
             Failure::Library(error) => error.to_string(),
             Failure::Pattern { pattern, found } => {
                 format!("expected files that `{pattern}` matches, found {found}")
             }
-            Failure::Fields { failed, fields } => {
-                format!("{failed} of {fields} fields have no result, for the reasons given")
-            }
+            Failure::Partly(text) => text.clone(),
             Failure::Stopped { known, fields, out } => format!(
                 "cancelled after {known} of {fields} fields; {} keeps what is known of them",
                 out.display()
             ),
-            Failure::Members(failed) => {
-                format!("{failed} of the runs failed; the last column of the table says why")
-            }
-            Failure::Chains(failed) => format!(
-                "{failed} of the chains could not be followed, for reasons given under `failed`; the \
-                 others stand"
-            ),
-            Failure::Orders(unresolved) => {
-                format!("{unresolved} of the orders could not be resolved; the others stand")
-            }
             // A reader that went away (`cascade ... | head`) has read enough: no failure.
             Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => return None,
             Failure::Output(error) => format!("cannot write to standard output: {error}"),
@@ -134,9 +104,6 @@ impl Failure {
     pub fn advice(&self) -> Option<String> {
         match self {
             Failure::Library(error) => advice::of_error(error),
-            Failure::Converted(error) => {
-                Some(advice::of_error(error)?.replace(" with `--out`", " with OUT"))
-            }
             Failure::Pattern { .. } => Some("check the folder and the ending".into()),
             _ => None,
         }
@@ -147,14 +114,13 @@ impl Failure {
         matches!(
             self,
             Failure::Library(Error::Cancelled | Error::Paused { .. }) | Failure::Stopped { .. }
-        ) || matches!(self, Failure::Converted(error) if matches!(**error, Error::Cancelled))
+        )
     }
 
     fn exit_code(&self) -> u8 {
         match self {
             _ if self.is_stopped() => stopped_code(),
             Failure::Library(error) if error.is_usage() => 2,
-            Failure::Converted(error) if error.is_usage() => 2,
             Failure::Pattern { .. } => 2,
             Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => 0,
             _ => 1,

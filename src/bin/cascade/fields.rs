@@ -1,6 +1,6 @@
 //! `cascade analyze` of several fields: one after the other, and an index of them.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
@@ -56,7 +56,7 @@ pub fn run(typed: &Analyze, fields: &[PathBuf]) -> Result<(), Failure> {
     let names = field_names(fields)?;
     let out = typed.out.clone().unwrap_or_else(|| DEFAULT.into());
     let mut set = FieldSet::create(&out, typed.force)?;
-    let progress = Progress::new(!typed.output.quiet && std::io::stderr().is_terminal());
+    let progress = Progress::new(!typed.output.quiet);
     // From now on a directory and an index remain.
     progress.begin_writing();
     for (n, (field, name)) in fields.iter().zip(&names).enumerate() {
@@ -105,8 +105,8 @@ fn row(field: &Path, name: &str, analyzed: Result<Finished, Failure>) -> FieldRo
         field: field.display().to_string(),
         name: name.to_owned(),
         opens: analyzed.as_ref().ok().map(|finished| {
-            let page = finished.main();
-            let file = page.file_name().unwrap_or_default().to_string_lossy();
+            let file = finished.main.file_name().unwrap_or_default();
+            let file = file.to_string_lossy();
             format!("{name}/{file}")
         }),
         outcome: match analyzed {
@@ -128,8 +128,7 @@ fn print_json(field: &Path, analyzed: &Result<Finished, Failure>) -> Result<(), 
     let field = field.display().to_string();
     let line = match analyzed {
         Ok(finished) => {
-            let summary: Value =
-                serde_json::from_str(&finished.json).map_err(std::io::Error::from)?;
+            let summary: Value = serde_json::from_str(&finished.json)?;
             json!({ "field": field, "result": finished.published.display().to_string(), "summary": summary })
         }
         Err(failure) => json!({ "field": field, "error": failure.text() }),
@@ -169,10 +168,10 @@ fn tell(typed: &Analyze, rows: &[FieldRow], out: &Path) -> Result<(), Failure> {
     }
     match failed {
         0 => Ok(()),
-        failed => Err(Failure::Fields {
-            failed,
-            fields: rows.len(),
-        }),
+        failed => Err(Failure::Partly(format!(
+            "{failed} of {} fields have no result, for the reasons given",
+            rows.len()
+        ))),
     }
 }
 
@@ -201,8 +200,8 @@ fn summary(rows: &[FieldRow]) -> Summary {
     });
     let found: Vec<(&str, &Headlines)> = found.collect();
     if !found.is_empty() {
-        summary.rows(verdicts_of(&found));
-        summary.detailed_rows(places_of(&found));
+        summary.table(&verdicts_of(&found));
+        summary.table(&places_of(&found));
     }
     for row in rows {
         if let Some(why) = failure_of(row) {
@@ -250,7 +249,10 @@ fn verdicts_of(found: &[(&str, &Headlines)]) -> Table {
             .chain(in_time)
             .collect()
     };
-    Table::of("", &head, found.iter().map(row))
+    Table {
+        is_fact: true,
+        ..Table::of("", &head, found.iter().map(row))
+    }
 }
 
 /// Where it moved, energy and direction.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use wavecascade::Error;
 use wavecascade::plot::{Colormap, Depth, Format, Style};
 
@@ -47,23 +47,21 @@ pub struct ColorArgs {
     pub db: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FigureArg {
-    Png,
+choice!(FigureArg => Option<Format> {
+    Png => Some(Format::Png),
     /// Vector, with text as text.
-    Svg,
-    None,
-}
+    Svg => Some(Format::Svg),
+    None => None,
+});
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum StyleArg {
+choice!(StyleArg => Style {
     /// 1200 pixels wide, with headings.
-    Screen,
+    Screen => Self::screen(),
     /// For a column of a paper: 86 mm wide, labels of 8 pt, no headings.
-    Paper,
+    Paper => Self::paper(),
     /// For both columns of a paper: 178 mm wide.
-    PaperWide,
-}
+    PaperWide => Self::paper_wide(),
+});
 
 choice!(ColormapArg => Colormap {
     Viridis => Self::Viridis,
@@ -135,20 +133,11 @@ impl Drawing {
 }
 
 impl FigureArgs {
-    /// Formats and style of curves.
-    pub fn drawing(&self) -> Result<Drawing, Error> {
-        self.drawing_with(None)
-    }
-
-    /// Formats and style of curves and maps.
-    pub fn drawing_of_maps(&self, colors: &ColorArgs) -> Result<Drawing, Error> {
-        self.drawing_with(Some(colors))
-    }
-
-    fn drawing_with(&self, colors: Option<&ColorArgs>) -> Result<Drawing, Error> {
+    /// Formats and style of curves, and of maps in these colours.
+    pub fn drawing(&self, colors: Option<&ColorArgs>) -> Result<Drawing, Error> {
         let formats = self.formats()?;
-        self.present
-            .check(!formats.is_empty(), formats.contains(&Format::Png))?;
+        let has_png = formats.contains(&Format::Png);
+        self.present.check(!formats.is_empty(), has_png)?;
         let style = self.style(colors);
         style.check()?;
         Ok(Drawing {
@@ -160,30 +149,20 @@ impl FigureArgs {
 
     /// The formats typed, each once.
     fn formats(&self) -> Result<Vec<Format>, Error> {
-        if self.figures.is_empty() {
+        let typed: Vec<Option<Format>> = self.figures.iter().map(|one| (*one).into()).collect();
+        if typed.is_empty() {
             return Ok(vec![Format::Png]);
         }
-        let known = [(FigureArg::Png, Format::Png), (FigureArg::Svg, Format::Svg)];
-        let chosen: Vec<Format> = known
-            .into_iter()
-            .filter_map(|(typed, format)| self.figures.contains(&typed).then_some(format))
-            .collect();
-        if self.figures.contains(&FigureArg::None) && !chosen.is_empty() {
-            return Err(Error::Request {
-                option: "figures",
-                expected: "formats, or none alone".into(),
-                found: "both".into(),
-            });
+        let mut chosen = vec![Format::Png, Format::Svg];
+        chosen.retain(|format| typed.contains(&Some(*format)));
+        match typed.contains(&None) && !chosen.is_empty() {
+            true => Err(Error::request("figures", "formats, or none alone", "both")),
+            false => Ok(chosen),
         }
-        Ok(chosen)
     }
 
     fn style(&self, colors: Option<&ColorArgs>) -> Style {
-        let mut style = match self.style.unwrap_or(StyleArg::Screen) {
-            StyleArg::Screen => Style::screen(),
-            StyleArg::Paper => Style::paper(),
-            StyleArg::PaperWide => Style::paper_wide(),
-        };
+        let mut style: Style = self.style.unwrap_or(StyleArg::Screen).into();
         if let Some(size) = self.figure_size {
             (style.width, style.height) = (size.width, size.height);
         }

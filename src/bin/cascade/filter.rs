@@ -1,10 +1,8 @@
 //! `cascade filter`: the part of a field in a band, at a speed, or in a direction.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use clap::builder::UnknownArgumentValueParser;
 use serde_json::json;
 use wavecascade::analyze::{Filtered, filtered};
 use wavecascade::field::{Axis, OpenOptions};
@@ -13,24 +11,16 @@ use wavecascade::report::{FieldFile, percent};
 use wavecascade::transform::{Passband, Travelling};
 use wavecascade::{Error, Field};
 
-use crate::analyze::{named_after, open_options, own, print_notes};
+use crate::analyze::{named_after, open_options, own, print_notes, use_threads};
 use crate::args::{Input, choice};
 use crate::chain_args::How;
-use crate::estimates::subject_of;
+use crate::described::subject_of;
 use crate::failure::Failure;
 use crate::parse;
 use crate::progress::Progress;
 use crate::show_args::{AxisUnits, Ends, ends};
 use crate::summary::Summary;
-use crate::terminal::{self, Tone, number};
-
-/// Refuses an option with those that it may mean.
-fn a_band() -> UnknownArgumentValueParser {
-    UnknownArgumentValueParser::suggest(
-        "a band of frequencies is `--frequency 2kHz:6kHz`; of wavenumbers `--wavenumber`, of phase velocities \
-         `--speed`",
-    )
-}
+use crate::terminal::{self, Tone, number, print_json};
 
 /// What `cascade filter` takes.
 #[derive(Debug, Args)]
@@ -51,11 +41,6 @@ pub struct Filter {
     /// may be left out.
     #[arg(long, value_name = "FROM:TO", value_parser = ends::<Frequency>)]
     pub frequency: Option<Ends<Frequency>>,
-
-    /// Where it is looked for.
-    #[arg(long, hide = true, aliases = ["low-pass", "lowpass", "high-pass", "highpass", "band-pass", "bandpass"],
-          value_parser = a_band(), value_name = "FROM:TO")]
-    pub band: Option<String>,
 
     /// Magnitudes of wavenumbers that pass, in rad per unit of length or with their unit, likewise.
     #[arg(long, value_name = "FROM:TO", value_parser = ends::<Wavenumber>)]
@@ -97,12 +82,12 @@ choice!(Towards => Travelling {
 
 /// Runs the command.
 pub fn run(typed: Filter) -> Result<(), Failure> {
-    crate::analyze::use_threads(typed.how.threads.map(usize::from))?;
+    use_threads(typed.how.threads)?;
     typed.check()?;
     let out = typed
         .out
         .clone()
-        .unwrap_or_else(|| default_out(&typed.field));
+        .unwrap_or_else(|| named_after(&typed.field, "npy", "-filtered.npz"));
     // Before any work: could the result be written?
     FieldFile::check(&out, typed.force)?;
     let progress = Progress::new(false);
@@ -139,8 +124,7 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
             "energy_after": found.energy_after,
             "warnings": warnings.collect::<Vec<_>>(),
         });
-        let text = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
-        writeln!(terminal::stdout(), "{text}")?;
+        print_json(&summary)?;
     } else if !typed.how.quiet {
         let passes = match found.energy_before > 0.0 {
             true => format!(
@@ -198,9 +182,8 @@ impl Filter {
     /// What passes.
     pub fn band(&self, field: &Field) -> Result<Passband, Error> {
         let units = AxisUnits::of(field);
-        let (f, k) = (units.frequency.as_deref(), units.wavenumber.as_deref());
-        let frequency = self.frequency.map(|ends| ends.of_axis("frequency", f));
-        let wavenumber = self.wavenumber.map(|ends| ends.of_axis("wavenumber", k));
+        let frequency = self.frequency.map(|ends| units.ends("frequency", ends));
+        let wavenumber = self.wavenumber.map(|ends| units.ends("wavenumber", ends));
         let band = Passband {
             frequency: frequency.transpose()?.map(from_zero),
             wavenumber: wavenumber.transpose()?.map(from_zero),
@@ -242,17 +225,14 @@ impl Filter {
 
     /// That a band or a direction is stated, before any work.
     pub fn check(&self) -> Result<(), Error> {
-        let nothing = self.frequency.is_none()
-            && self.wavenumber.is_none()
-            && self.speed.is_none()
-            && self.towards.is_none();
-        match nothing {
-            false => Ok(()),
-            true => Err(Error::Request {
-                option: "frequency",
-                expected: "what passes: --frequency, --wavenumber, --speed, or --towards".into(),
-                found: "none of them".into(),
-            }),
+        let is_band = self.frequency.is_some() || self.wavenumber.is_some();
+        match is_band || self.speed.is_some() || self.towards.is_some() {
+            true => Ok(()),
+            false => Err(Error::request(
+                "frequency",
+                "what passes: --frequency, --wavenumber, --speed, or --towards",
+                "none of them",
+            )),
         }
     }
 }
@@ -263,9 +243,4 @@ fn from_zero((from, to): (f64, f64)) -> (f64, f64) {
         f64::NEG_INFINITY => (0.0, to),
         from => (from, to),
     }
-}
-
-/// `field-filtered.npz` of `field.npy`; of other files with their extension.
-fn default_out(field: &Path) -> PathBuf {
-    named_after(field, "npy", "-filtered.npz")
 }

@@ -1,19 +1,18 @@
 //! `cascade fit`: the chain that did what was measured.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::chain::scene::SceneSource;
-use wavecascade::field::OpenOptions;
-use wavecascade::fit::{FitRequest, Fitted, Instruments};
+use wavecascade::Error;
+use wavecascade::fit::{FitRequest, Instruments};
 use wavecascade::observer::Observer;
-use wavecascade::{Error, Field};
 
-use crate::analyze::{open_options, print_notes};
 use crate::args::Input;
-use crate::described::{Found, ResultArgs};
+use crate::chain_args::How;
+use crate::described::{Describing, Found, Given, Publishing, Reading, ResultArgs};
 use crate::failure::Failure;
 use crate::parse;
+use crate::scene::source_of;
 
 /// The scene with the fitted values, in the directory of the results.
 const SCENE: &str = "fitted.toml";
@@ -93,31 +92,6 @@ pub struct Fit {
     pub result: ResultArgs,
 }
 
-impl Fit {
-    /// The scene of the file, or of a text without one.
-    pub fn source(&self, text: Option<String>) -> Result<SceneSource, Error> {
-        source_of(self.scene.as_deref(), text)
-    }
-
-    /// Fits the chain of a scene to an opened field.
-    pub fn find(
-        &self,
-        field: &Field,
-        scene: &SceneSource,
-        observer: &dyn Observer,
-    ) -> Result<Fitted, Error> {
-        let request = FitRequest {
-            free: self.free.clone(),
-            bodies: self.bodies.clone(),
-            instruments: self.instruments.stated(),
-            starts: self.starts,
-            seed: self.seed,
-            resume: self.resume.clone(),
-        };
-        request.run(field, scene, observer)
-    }
-}
-
 /// The file of the records, which is no scene.
 fn records(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
@@ -130,45 +104,50 @@ fn records(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// A scene as its text, else of a file.
-pub fn source_of(file: Option<&Path>, text: Option<String>) -> Result<SceneSource, Error> {
-    let expected = "the scene of the chain, `cascade fit FIELD SCENE`";
-    match (text, file) {
-        (Some(text), _) => Ok(SceneSource::new(None, text)),
-        (None, Some(path)) => SceneSource::read(path),
-        (None, None) => Err(Error::request("scene", expected, "none")),
+impl Describing for Fit {
+    fn name(&self) -> &'static str {
+        "fit"
+    }
+
+    fn how(&self) -> &How {
+        &self.result.how
+    }
+
+    fn reading(&self) -> Option<Reading<'_>> {
+        Some(Reading {
+            input: &self.input,
+            memory: None,
+        })
+    }
+
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
+        if given.scene.is_none() && self.scene.is_none() {
+            let expected = "the scene of the chain, `cascade fit FIELD SCENE`";
+            return Err(Error::request("scene", expected, "none"));
+        }
+        let scene = source_of(given.scene.clone(), self.scene.as_deref())?;
+        let request = FitRequest {
+            free: self.free.clone(),
+            bodies: self.bodies.clone(),
+            instruments: self.instruments.stated(),
+            starts: self.starts,
+            seed: self.seed,
+            resume: self.resume.clone(),
+        };
+        let found = request.run(given.field()?, &scene, observer)?;
+        Ok(Found {
+            beside: Some((SCENE, found.scene_text(&scene)?)),
+            ..Found::of(found)
+        })
     }
 }
 
-/// What is found of a field whose file stays what it is meanwhile, with the hash of that.
-pub fn of_field<T>(
-    (path, input): (&Path, &Input),
-    quiet: bool,
-    find: impl FnOnce(&Field) -> Result<T, Error>,
-) -> Result<(T, Option<String>), Failure> {
-    let options = OpenOptions {
-        hash: true,
-        ..open_options(input, None)
-    };
-    let field = Field::open(path, &options)?;
-    print_notes(&field, quiet);
-    let found = find(&field).map_err(|error| error.of_file(path))?;
-    field.check_unchanged()?;
-    Ok((found, field.content_hash.clone()))
-}
+impl Publishing for Fit {
+    fn result(&self) -> &ResultArgs {
+        &self.result
+    }
 
-/// Runs the command.
-pub fn run(typed: &Fit) -> Result<(), Failure> {
-    typed.result.make((&typed.field, "npy"), "fit", |progress| {
-        let scene = typed.source(None)?;
-        let find = |field: &Field| typed.find(field, &scene, progress);
-        let of = (&*typed.field, &typed.input);
-        let (found, hash) = of_field(of, typed.result.how.quiet, find)?;
-        let beside = Some((SCENE, found.scene_text(&scene)?));
-        Ok(Found {
-            found,
-            hash,
-            beside,
-        })
-    })
+    fn files(&self) -> Result<(Vec<PathBuf>, &'static str), Failure> {
+        Ok((vec![self.field.clone()], "npy"))
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use clap::{Args, Command};
+use clap::{Arg, Args, Command};
 use wavecascade::analyze::Analysis;
 
 use crate::args::Input;
@@ -35,7 +35,7 @@ pub fn sentence(analysis: &Analysis, is_run: bool, field: &Path) -> Option<Strin
     }
     let of_field = (!open.is_empty()).then(|| {
         let file = quoted(&field.to_string_lossy());
-        let options = input_options(words::as_text());
+        let options = input_options(&words::as_text());
         format!("{} -> cascade COMMAND {file}{options}", open.join(", "))
     });
     let of_shots = (interval.is_some() && !is_steady).then(|| {
@@ -46,10 +46,10 @@ pub fn sentence(analysis: &Analysis, is_run: bool, field: &Path) -> Option<Strin
 }
 
 /// The options among the words of a command that say how its field is read.
-pub fn input_options(words: Vec<String>) -> String {
+pub fn input_options(words: &[String]) -> String {
     let known = Input::augment_args(Command::new("input"));
     let mut kept = String::new();
-    let mut words = words.into_iter();
+    let mut words = words.iter();
     while let Some(word) = words.next() {
         let Some(name) = word.strip_prefix("--") else {
             continue;
@@ -58,15 +58,17 @@ pub fn input_options(words: Vec<String>) -> String {
             Some((name, _)) => (name, true),
             None => (name, false),
         };
-        let found = known
-            .get_arguments()
-            .find(|option| option.get_long() == Some(name));
+        let is_it = |option: &&Arg| {
+            let aliases = option.get_all_aliases().unwrap_or_default();
+            option.get_long() == Some(name) || aliases.contains(&name)
+        };
+        let found = known.get_arguments().find(is_it);
         let Some(option) = found else {
             continue;
         };
-        kept += &format!(" {}", quoted(&word));
+        kept += &format!(" {}", quoted(word));
         if !has_value && option.get_action().takes_values() {
-            kept.extend(words.next().map(|value| format!(" {}", quoted(&value))));
+            kept.extend(words.next().map(|value| format!(" {}", quoted(value))));
         }
     }
     kept
@@ -78,9 +80,9 @@ mod tests {
 
     #[test]
     fn options_of_the_input_are_kept_with_their_values() {
-        let words = "cascade analyze a.npy --out b --rate 1kHz --dx=2mm --force --unit";
+        let words = "cascade analyze a.npy --out b --fs 1kHz --dx=2mm --force --unit";
         let mut words: Vec<String> = words.split(' ').map(str::to_owned).collect();
         words.push("m / s".into());
-        assert_eq!(input_options(words), " --rate 1kHz --dx=2mm --unit 'm / s'");
+        assert_eq!(input_options(&words), " --fs 1kHz --dx=2mm --unit 'm / s'");
     }
 }

@@ -39,6 +39,22 @@ const GONE: [(&str, &str); 7] = [
     ),
 ];
 
+/// Options that are looked for where they are none: the command, their names, and what serves.
+const OPTIONS: [(&str, &str, &str); 2] = [
+    (
+        "analyze",
+        "part merge",
+        "an analysis is of whole records; averages over segments are made in parts by `cascade spectrum FIELD \
+         --part 3/64` and by `cascade coherence`",
+    ),
+    (
+        "filter",
+        "band low-pass lowpass high-pass highpass band-pass bandpass",
+        "a band of frequencies is `--frequency 2kHz:6kHz`; of wavenumbers `--wavenumber`, of phase velocities \
+         `--speed`",
+    ),
+];
+
 /// The command that was typed; help, version and words that are none end the program.
 pub fn parsed(words: Vec<OsString>) -> Cli {
     use ErrorKind::{DisplayHelp, DisplayHelpOnMissingArgumentOrSubcommand};
@@ -99,9 +115,15 @@ fn instead_of(word: &str) -> Option<String> {
         .then(|| format!("a file comes after a command: `cascade {command} {word}`"))
 }
 
-/// Options of a command for a word that is none: those whose names have it as a part, `--stiffness-ratio` for `--ratio`.
+/// What to type for a word that is no option of a command: options whose names have it as a part, `--stiffness-ratio` for `--ratio`.
 fn options_with(word: &str, command: &clap::Command) -> Option<String> {
     let word = word.strip_prefix("--")?;
+    let is_known = |(name, words, _): &&(&str, &str, &str)| {
+        *name == command.get_name() && words.split(' ').any(|one| one == word)
+    };
+    if let Some((_, _, instead)) = OPTIONS.iter().find(is_known) {
+        return Some((*instead).into());
+    }
     let names = command.get_arguments().filter_map(clap::Arg::get_long);
     let names = names.filter(|name| name.split('-').any(|part| part == word));
     let names: Vec<String> = names.map(|name| format!("`--{name}`")).collect();

@@ -6,39 +6,32 @@ use crate::args::Cli;
 use crate::estimates::EstimateCommand;
 
 /// Commands by the question they answer; those on estimates come behind the first group.
-const GROUPS: [(&str, &[&str]); 5] = [
-    (
-        "Look at a field",
-        &["analyze", "inspect", "filter", "convert"],
-    ),
-    ("Simulate chains", &["scene", "simulate", "sweep"]),
-    (
-        "Follow the energy of chains",
-        &["budget", "triads", "compare"],
-    ),
+const GROUPS: [(&str, &str); 5] = [
+    ("Look at a field", "analyze inspect filter convert"),
+    ("Simulate chains", "scene simulate sweep"),
+    ("Follow the energy of chains", "budget triads compare"),
     (
         "From a measurement to a design",
-        &["plan", "fit", "design", "attenuate", "localize"],
+        "plan fit design attenuate localize",
     ),
-    (
-        "Start, and tools",
-        &["examples", "completions", "man", "help"],
-    ),
+    ("Start, and tools", "examples completions man help"),
 ];
 
 /// All groups.
 fn groups() -> Vec<(&'static str, Vec<String>)> {
-    let of = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
-    let mut all: Vec<_> = GROUPS
-        .iter()
+    let of = |names: &str| names.split(' ').map(str::to_owned).collect();
+    let all = GROUPS.iter();
+    let mut all: Vec<_> = all
         .map(|(question, names)| (*question, of(names)))
         .collect();
     let estimates = EstimateCommand::augment_subcommands(Command::new("estimates"));
-    let names = estimates
-        .get_subcommands()
-        .map(|command| command.get_name().to_owned());
-    all.insert(1, ("Estimate, with intervals", names.collect()));
+    all.insert(1, ("Estimate, with intervals", names_of(&estimates)));
     all
+}
+
+fn names_of(command: &Command) -> Vec<String> {
+    let all = command.get_subcommands();
+    all.map(|command| command.get_name().to_owned()).collect()
 }
 
 /// Headings whose options few need, and options that few need under any heading: `-h` leaves them out.
@@ -68,12 +61,13 @@ const COMMON: &str = "layout dt dx unit noise figures transfer open";
 pub fn command() -> Command {
     let mut all = Cli::command();
     let listed = grouped(&all);
-    let names: Vec<String> = all
-        .get_subcommands()
-        .map(|command| command.get_name().to_owned())
-        .collect();
-    for name in names {
-        all = all.mut_subcommand(name, shortened);
+    for name in names_of(&all) {
+        all = all.mut_subcommand(name, |command| {
+            command.mut_args(|arg| {
+                let is_rare = is_rare(&arg);
+                arg.hide_short_help(is_rare)
+            })
+        });
     }
     all.help_template(
         "{about}\n\n{usage-heading} {usage}\n{before-help}\nOptions:\n{options}{after-help}",
@@ -82,14 +76,6 @@ pub fn command() -> Command {
     .after_help(
         "`cascade COMMAND -h` shows what most need, `--help` all. `cascade examples` is a start.",
     )
-}
-
-/// Leaves what few need out of `-h`.
-fn shortened(command: Command) -> Command {
-    command.mut_args(|arg| {
-        let is_rare = is_rare(&arg);
-        arg.hide_short_help(is_rare)
-    })
 }
 
 fn is_rare(arg: &Arg) -> bool {
@@ -125,10 +111,8 @@ mod tests {
     fn each_command_is_in_one_group_with_one_line() {
         let all = Cli::command();
         let mut listed: Vec<String> = groups().into_iter().flat_map(|(_, names)| names).collect();
-        let known = all
-            .get_subcommands()
-            .map(|command| command.get_name().to_owned());
-        let mut known: Vec<String> = known.chain(["help".to_owned()]).collect();
+        let mut known = names_of(&all);
+        known.push("help".into());
         listed.sort_unstable();
         known.sort_unstable();
         assert_eq!(listed, known);
@@ -139,17 +123,10 @@ mod tests {
 
     #[test]
     fn brief_help_fits_on_a_screen() {
-        let names: Vec<String> = Cli::command()
-            .get_subcommands()
-            .map(|c| c.get_name().to_owned())
-            .collect();
-        for name in names {
+        for name in names_of(&Cli::command()) {
             let mut all = command();
-            let help = all
-                .find_subcommand_mut(&name)
-                .unwrap()
-                .render_help()
-                .to_string();
+            let help = all.find_subcommand_mut(&name).unwrap().render_help();
+            let help = help.to_string();
             let lines = help.lines().count();
             assert!(lines <= 50, "{name}: {lines} lines\n{help}");
         }

@@ -6,9 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 use wavecascade::analyze::{Warning, channel_findings};
-use wavecascade::field::{
-    Axis, Inspection, OpenOptions, ScanRecord, Scanned, VariableInfo, inspect,
-};
+use wavecascade::field::{Axis, Inspection, OpenOptions, ScanRecord, VariableInfo, inspect};
 use wavecascade::observer::Silent;
 use wavecascade::sheet::Table;
 use wavecascade::{Error, Field};
@@ -17,9 +15,10 @@ use crate::advice;
 use crate::analyze::open_options;
 use crate::args::Input;
 use crate::failure::Failure;
+use crate::fields::expanded;
 use crate::scan_args::{ScanArgs, records_json};
 use crate::table;
-use crate::terminal::{self, HEADING, number, paragraphs, styled};
+use crate::terminal::{self, HEADING, number, paragraphs, print_json, styled};
 use crate::words::quoted;
 
 /// What `cascade inspect` takes.
@@ -40,144 +39,158 @@ pub struct Inspect {
     pub scan: ScanArgs,
 }
 
-/// What `--json` prints.
-pub fn json(typed: &Inspect, files: &[PathBuf]) -> Result<Value, Failure> {
-    let options = options_of(typed);
-    if let Some(scan) = typed.scan.scan() {
-        let scanned = scan.open(files, &options)?;
-        let doubts = channels(typed, &scanned.field)?;
-        return Ok(scan_json(&scanned, &doubts));
-    }
-    typed.scan.check_files(files)?;
-    let found = inspect(&files[0], &options)?;
-    let doubts = match &found.field {
-        Ok(field) => channels(typed, field)?,
-        Err(_) => Vec::new(),
-    };
-    Ok(in_json(&found, &doubts))
+/// What the files hold.
+struct Seen {
+    /// The first of them.
+    file: PathBuf,
+    found: Inspection,
+    /// Of a scan.
+    records: Option<Vec<ScanRecord>>,
+    doubts: Vec<Warning>,
 }
 
-fn options_of(typed: &Inspect) -> OpenOptions {
-    OpenOptions {
-        hash: false,
-        ..open_options(&typed.input, None)
+impl Seen {
+    fn of(typed: &Inspect) -> Result<Seen, Failure> {
+        let files = expanded(&typed.fields)?;
+        let options = OpenOptions {
+            hash: false,
+            ..open_options(&typed.input, None)
+        };
+        let (found, records) = match typed.scan.scan() {
+            Some(scan) => {
+                let scanned = scan.open(&files, &options)?;
+                let found = Inspection {
+                    format: "a scan, one record a file".into(),
+                    attributes: Vec::new(),
+                    variables: Vec::new(),
+                    field: Ok(scanned.field),
+                };
+                (found, Some(scanned.records))
+            }
+            None => {
+                typed.scan.check_files(&files)?;
+                (inspect(&files[0], &options)?, None)
+            }
+        };
+        let doubts = match &found.field {
+            Ok(field) if typed.channels => channel_findings(field, &Silent)?,
+            _ => Vec::new(),
+        };
+        Ok(Seen {
+            file: files[0].clone(),
+            found,
+            records,
+            doubts,
+        })
     }
 }
 
 /// Runs the command.
-pub fn run(typed: Inspect, files: &[PathBuf]) -> Result<(), Failure> {
+pub fn run(typed: &Inspect) -> Result<(), Failure> {
     if typed.json {
-        let found = json(&typed, files)?;
-        let text = serde_json::to_string_pretty(&found).map_err(std::io::Error::from)?;
-        return Ok(writeln!(terminal::stdout(), "{text}")?);
+        return print_json(&json(typed)?);
     }
-    let options = options_of(&typed);
-    if let Some(scan) = typed.scan.scan() {
-        let scanned = scan.open(files, &options)?;
-        let doubts = channels(&typed, &scanned.field)?;
-        return list_scan(&typed, &scanned, &doubts);
-    }
-    typed.scan.check_files(files)?;
-    let file = &files[0];
-    let found = inspect(file, &options)?;
-    let doubts = match &found.field {
-        Ok(field) => channels(&typed, field)?,
-        Err(_) => Vec::new(),
-    };
+    let Seen {
+        file,
+        found,
+        records,
+        doubts,
+    } = Seen::of(typed)?;
     let mut out = terminal::stdout();
     let width = terminal::width();
-    let name = file.display();
-    writeln!(
-        out,
-        "{}",
-        styled(HEADING, &format!("{name}: {}", found.format))
-    )?;
-    write!(out, "{}", listed(&found, width))?;
-    match &found.field {
-        Ok(field) => {
-            writeln!(out, "\n{}", styled(HEADING, "as a field"))?;
-            let notes = field.notes.iter().map(|note| note.message());
-            for line in std::iter::once(shape(field)).chain(notes) {
-                write!(out, "{}", paragraphs(&[line], width))?;
-            }
-            print_channels(&mut out, &typed, &doubts)?;
-            writeln!(out, "next: {}", command(&typed, field))?;
-        }
+    if let Some(records) = &records {
+        let title = format!("{} files as a field", records.len());
+        writeln!(out, "{}", styled(HEADING, &title))?;
+    } else {
+        let title = format!("{}: {}", file.display(), found.format);
+        let what = match found.field {
+            Ok(_) => "as a field",
+            Err(_) => "no field yet",
+        };
+        writeln!(out, "{}", styled(HEADING, &title))?;
+        write!(out, "{}", listed(&found, width))?;
+        writeln!(out, "\n{}", styled(HEADING, what))?;
+    }
+    let field = match &found.field {
+        Ok(field) => field,
         Err(error) => {
-            writeln!(out, "\n{}", styled(HEADING, "no field yet"))?;
-            write!(out, "{}", paragraphs(&[reason(error)], width))?;
-            if let Some(advice) = advice::of_error(error) {
-                write!(out, "{}", paragraphs(&[advice], width))?;
-            }
+            let advice = advice::of_error(error).into_iter();
+            let lines: Vec<String> = [reason(error)].into_iter().chain(advice).collect();
+            return Ok(write!(out, "{}", paragraphs(&lines, width))?);
         }
+    };
+    let notes = field.notes.iter().map(|note| note.message());
+    let lines: Vec<String> = [shape(field)].into_iter().chain(notes).collect();
+    write!(out, "{}", paragraphs(&lines, width))?;
+    if let Some(records) = &records {
+        write!(out, "\n{}", table::text(&records_table(records), width))?;
     }
-    Ok(())
+    if typed.channels {
+        writeln!(out, "\n{}", styled(HEADING, "channels"))?;
+        let mut lines: Vec<String> = doubts.into_iter().map(|doubt| doubt.message).collect();
+        if lines.is_empty() {
+            let text = "none is dead, quiet, clipped, too loud or noisy, or misses samples";
+            lines.push(text.into());
+        }
+        write!(out, "{}", paragraphs(&lines, width))?;
+    }
+    Ok(writeln!(out, "next: {}", command(typed, field))?)
 }
 
-/// What is found about single channels, if it is requested.
-fn channels(typed: &Inspect, field: &Field) -> Result<Vec<Warning>, Failure> {
-    match typed.channels {
-        true => Ok(channel_findings(field, &Silent)?),
-        false => Ok(Vec::new()),
-    }
-}
-
-fn print_channels(
-    out: &mut impl Write,
-    typed: &Inspect,
-    doubts: &[Warning],
-) -> Result<(), Failure> {
-    if !typed.channels {
-        return Ok(());
-    }
-    let width = terminal::width();
-    writeln!(out, "\n{}", styled(HEADING, "channels"))?;
-    if doubts.is_empty() {
-        let text = "none is dead, quiet, clipped, too loud or noisy, or misses samples";
-        write!(out, "{}", paragraphs(&[text.into()], width))?;
-    }
-    for doubt in doubts {
-        write!(
-            out,
-            "{}",
-            paragraphs(std::slice::from_ref(&doubt.message), width)
-        )?;
-    }
-    Ok(())
-}
-
-fn channels_json(doubts: &[Warning]) -> Value {
+/// What `--json` prints.
+pub fn json(typed: &Inspect) -> Result<Value, Failure> {
+    let Seen {
+        found,
+        records,
+        doubts,
+        ..
+    } = Seen::of(typed)?;
     let one = |doubt: &Warning| {
         let mut found = doubt.numbers.clone();
         found["code"] = json!(doubt.code);
         found["message"] = json!(doubt.message);
         found
     };
-    doubts.iter().map(one).collect()
+    let mut all = json!({
+        "schema": "cascade.inspect/1",
+        "format": found.format,
+        "field": match &found.field {
+            Ok(field) => of_field(field),
+            Err(error) => json!({ "error": reason(error), "advice": advice::of_error(error) }),
+        },
+        "channels": doubts.iter().map(one).collect::<Value>(),
+    });
+    match records {
+        Some(records) => all["records"] = records_json(&records),
+        None => {
+            all["attributes"] = attributes_json(&found.attributes);
+            all["variables"] = found.variables.iter().map(variable_json).collect();
+        }
+    }
+    Ok(all)
 }
 
-fn scan_json(scanned: &Scanned, doubts: &[Warning]) -> Value {
+fn attributes_json(values: &[(String, String)]) -> Value {
+    let values = values.iter();
+    values
+        .map(|(name, value)| (name.clone(), json!(value)))
+        .collect()
+}
+
+fn variable_json(v: &VariableInfo) -> Value {
     json!({
-        "schema": "cascade.inspect/1",
-        "format": "a scan, one record a file",
-        "records": records_json(&scanned.records),
-        "field": of_field(&scanned.field),
-        "channels": channels_json(doubts),
+        "path": v.path,
+        "dimensions": v.dimensions,
+        "type": v.sample,
+        "in_place": v.is_in_place,
+        "coordinates": v.coordinates,
+        "attributes": attributes_json(&v.attributes),
     })
 }
 
 /// What was taken of the files of a scan: of the first and the last ones.
-fn list_scan(typed: &Inspect, scanned: &Scanned, doubts: &[Warning]) -> Result<(), Failure> {
+fn records_table(records: &[ScanRecord]) -> Table {
     const SHOWN: usize = 4;
-    let Scanned { field, records } = scanned;
-    let mut out = terminal::stdout();
-    let width = terminal::width();
-    let title = format!("{} files as a field", records.len());
-    writeln!(out, "{}", styled(HEADING, &title))?;
-    let notes = field.notes.iter().map(|note| note.message());
-    for line in std::iter::once(shape(field)).chain(notes) {
-        write!(out, "{}", paragraphs(&[line], width))?;
-    }
     let row = |record: &ScanRecord| {
         vec![
             record.path.display().to_string(),
@@ -189,19 +202,11 @@ fn list_scan(typed: &Inspect, scanned: &Scanned, doubts: &[Warning]) -> Result<(
     };
     let mut rows: Vec<Vec<String>> = records.iter().map(row).collect();
     if rows.len() > 2 * SHOWN {
-        let left_out = vec![
-            "..".into(),
-            String::new(),
-            String::new(),
-            String::new(),
-            String::new(),
-        ];
+        let left_out = ["..", "", "", "", ""].map(str::to_owned).to_vec();
         rows.splice(SHOWN..rows.len() - SHOWN, [left_out]);
     }
     let head = ["file", "position", "times", "delay, samples", "correlation"];
-    write!(out, "\n{}", table::text(&Table::of("", &head, rows), width))?;
-    print_channels(&mut out, typed, doubts)?;
-    Ok(writeln!(out, "next: {}", command(typed, field))?)
+    Table::of("", &head, rows)
 }
 
 /// The attributes of the file, its arrays, and their attributes.
@@ -243,23 +248,20 @@ fn listed(found: &Inspection, width: usize) -> String {
 
 /// Lengths, steps and units of a field.
 fn shape(field: &Field) -> String {
-    let axis = |axis: &Axis, count: usize, what: &str| match (&axis.unit, *axis == Axis::index()) {
-        (_, true) => format!("{count} {what}, counted"),
-        (unit, _) => {
-            let unit = unit
-                .as_deref()
-                .map_or(String::new(), |unit| format!(" {unit}"));
-            let (first, step) = (number(axis.origin), number(axis.step));
-            format!("{count} {what} from {first}{unit} by {step}{unit}")
+    let axis = |axis: &Axis, count: usize, what: &str| {
+        if *axis == Axis::index() {
+            return format!("{count} {what}, counted");
         }
+        let unit = axis.unit.as_ref().map(|unit| format!(" {unit}"));
+        let unit = unit.unwrap_or_default();
+        let (first, step) = (number(axis.origin), number(axis.step));
+        format!("{count} {what} from {first}{unit} by {step}{unit}")
     };
     let times = axis(&field.time, field.n_times(), "times");
     let sites = axis(&field.space, field.n_sites(), "sites");
     let quantity = field.quantity.name().replace('_', " ");
-    let unit = field
-        .unit
-        .as_deref()
-        .map_or(String::new(), |unit| format!(" in {unit}"));
+    let unit = field.unit.as_ref().map(|unit| format!(" in {unit}"));
+    let unit = unit.unwrap_or_default();
     format!("{quantity}{unit}: {times}; {sites}")
 }
 
@@ -289,37 +291,6 @@ fn reason(error: &Error) -> String {
         Error::Input { fault, .. } => fault.to_string(),
         error => error.to_string(),
     }
-}
-
-fn in_json(found: &Inspection, doubts: &[Warning]) -> Value {
-    let attributes = |values: &[(String, String)]| -> Value {
-        values
-            .iter()
-            .map(|(name, value)| (name.clone(), json!(value)))
-            .collect()
-    };
-    let variables = found.variables.iter().map(|v| {
-        json!({
-            "path": v.path,
-            "dimensions": v.dimensions,
-            "type": v.sample,
-            "in_place": v.is_in_place,
-            "coordinates": v.coordinates,
-            "attributes": attributes(&v.attributes),
-        })
-    });
-    let field = match &found.field {
-        Ok(field) => of_field(field),
-        Err(error) => json!({ "error": reason(error), "advice": advice::of_error(error) }),
-    };
-    json!({
-        "schema": "cascade.inspect/1",
-        "format": found.format,
-        "attributes": attributes(&found.attributes),
-        "variables": variables.collect::<Vec<_>>(),
-        "field": field,
-        "channels": channels_json(doubts),
-    })
 }
 
 fn of_field(field: &Field) -> Value {

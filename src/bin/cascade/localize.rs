@@ -1,34 +1,34 @@
 //! `cascade localize`: ratios that carry localized waves, one wave, and its travel along a chain.
 
-use std::io::IsTerminal;
 use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::{ArgGroup, Args};
 use wavecascade::Error;
 use wavecascade::arrays::Precision;
 use wavecascade::chain::contact::{Ellipse, Material};
 use wavecascade::localized::{
-    Alternation, Comparison, Cylinders, Family, Journey, LARGEST_ORDER, Orders, Profile, Wave,
+    Alternation, Comparison, Cylinders, Family, Journey, LARGEST_ORDER, Orders, Profile,
 };
 use wavecascade::measure::{Length, Pressure};
 use wavecascade::observer::Observer;
 use wavecascade::report::{Archive, Provenance, ResultDirectory, localized_snippet, write_beside};
 use wavecascade::sheet::Describe;
 
-use crate::analyze::use_threads;
 use crate::args::choice;
-use crate::budget::command;
 use crate::chain_args::How;
-use crate::described::Described;
+use crate::described::{Described, Describing, Found, Given, ResultArgs};
 use crate::failure::Failure;
-use crate::figure_args::FigureArgs;
 use crate::parse;
-use crate::progress::Progress;
+use crate::words::as_text;
+
+const OUT: &str = "Directory for the results: summary.json, the page and its picture, beside table.csv and the waves, or the \
+    arrays of the one wave. Without it nothing is written, but for `--profile` localized-N";
 
 /// What `cascade localize` takes.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("written").multiple(true).args(["out", "profile"]))]
+#[command(mut_arg("out", |arg| arg.help(OUT)))]
 #[command(mut_arg("open", |arg| arg.requires("written")), mut_arg("show", |arg| arg.requires("written")))]
 pub struct Localize {
     /// Orders, both ends included, from 1, the homogeneous chain, to 60.
@@ -64,17 +64,8 @@ pub struct Localize {
     /// [default: 1000].
     #[arg(long)]
     pub cells: Option<usize>,
-    /// Directory for the results: summary.json, the page and its picture, beside table.csv and the waves, or the arrays
-    /// of the one wave. Without it nothing is written, but for `--profile` localized-N.
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Replace an existing result.
-    #[arg(long)]
-    pub force: bool,
     #[command(flatten)]
-    pub how: How,
-    #[command(flatten)]
-    pub figures: FigureArgs,
+    pub result: ResultArgs,
 }
 
 choice!(Of => Alternation {
@@ -106,39 +97,33 @@ fn one_order(text: &str) -> Result<usize, String> {
 }
 
 impl Localize {
-    pub fn family(&self) -> Family {
+    /// Computes the table, or the one wave that is requested.
+    fn found(&self, observer: &dyn Observer) -> Result<Localized, Error> {
+        let wave = |order: usize| self.family().search(order)?.wave(order);
+        Ok(match (self.profile, self.launch) {
+            (Some(order), _) => Localized::Profile(Profile::of(wave(order)?, HALF).into()),
+            (None, Some(order)) => {
+                let cells = self.cells.unwrap_or(TRAVELLED);
+                Localized::Journey(wave(order)?.journey(cells, observer)?)
+            }
+            (None, None) => {
+                let comparison = self.comparison()?;
+                let rows = comparison.run(observer)?;
+                Localized::Orders(Orders { comparison, rows })
+            }
+        })
+    }
+
+    fn family(&self) -> Family {
         Family {
             alternation: self.alternation.into(),
             exponent: self.exponent,
         }
     }
 
-    fn wave(&self, order: usize) -> Result<Wave, Error> {
-        self.family().search(order)?.wave(order)
-    }
-
-    /// Computes the table, or the one wave that is requested.
-    pub fn find(&self, observer: &dyn Observer) -> Result<Found, Error> {
-        Ok(match (self.profile, self.launch) {
-            (Some(order), _) => Found::Profile(Box::new(Profile::of(self.wave(order)?, HALF))),
-            (None, Some(order)) => {
-                let wave = self.wave(order)?;
-                Found::Journey(wave.journey(self.cells.unwrap_or(TRAVELLED), observer)?)
-            }
-            (None, None) => {
-                let comparison = self.comparison()?;
-                let rows = comparison.run(observer)?;
-                Found::Orders(Orders { comparison, rows })
-            }
-        })
-    }
-
     fn comparison(&self) -> Result<Comparison, Error> {
         let strikes = self.direct || self.angles;
-        let body = match self.body.material()? {
-            Some(material) => self.body.radius.map(|radius| (radius, material)),
-            None => None,
-        };
+        let body = self.body.radius.zip(self.body.material()?);
         Ok(Comparison {
             family: self.family(),
             orders: self.order.clone(),
@@ -160,29 +145,29 @@ const HALF: usize = 2000;
 const HALF_OF_MANY: usize = 1000;
 
 /// What was requested.
-pub enum Found {
+enum Localized {
     Orders(Orders),
     Profile(Box<Profile>),
     Journey(Journey),
 }
 
-impl Found {
-    pub fn as_described(&self) -> &dyn Describe {
+impl Localized {
+    fn described(&self) -> &dyn Describe {
         match self {
-            Found::Orders(found) => found,
-            Found::Profile(found) => &**found,
-            Found::Journey(found) => found,
+            Localized::Orders(found) => found,
+            Localized::Profile(found) => &**found,
+            Localized::Journey(found) => found,
         }
     }
 
     /// The script, and each wave's arrays, of a table.
     fn write_beside(&self, directory: &Path) -> Result<(), Error> {
-        let Found::Orders(found) = self else {
+        let Localized::Orders(found) = self else {
             return Ok(());
         };
         write_beside(directory, "plot.py", localized_snippet().as_bytes())?;
-        let waves = found.rows.iter().filter_map(|row| row.wave.as_ref());
-        waves.into_iter().try_for_each(|wave| {
+        let mut waves = found.rows.iter().filter_map(|row| row.wave.as_ref());
+        waves.try_for_each(|wave| {
             let path = directory.join(format!("wave-{:02}.npz", wave.order));
             let archive = Archive::create(&path, Precision::F64)?;
             let profile = Profile::of(wave.clone(), HALF_OF_MANY);
@@ -192,35 +177,52 @@ impl Found {
     }
 }
 
+impl Describing for Localize {
+    fn name(&self) -> &'static str {
+        "localize"
+    }
+
+    fn how(&self) -> &How {
+        &self.result.how
+    }
+
+    fn find(&self, _: Given, observer: &dyn Observer) -> Result<Found, Error> {
+        Ok(match self.found(observer)? {
+            Localized::Orders(found) => Found::of(found),
+            Localized::Profile(found) => Found::of(*found),
+            Localized::Journey(found) => Found::of(found),
+        })
+    }
+}
+
 /// Runs the command.
 pub fn run(typed: Localize) -> Result<(), Failure> {
-    let default = typed
-        .profile
-        .map(|order| PathBuf::from(format!("localized-{order}")));
-    let out = typed.out.clone().or(default);
-    let drawing = typed.figures.drawing()?;
-    use_threads(typed.how.threads.map(usize::from))?;
-    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
+    let ResultArgs {
+        out,
+        force,
+        figures,
+        how,
+    } = &typed.result;
+    let default = || Some(format!("localized-{}", typed.profile?).into());
+    let out = out.clone().or_else(default);
+    let drawing = figures.drawing(None)?;
+    let progress = how.begin()?;
     progress.begin_writing();
     // Before any work: could the result be written?
-    let directory = out.map(|out| ResultDirectory::create(&out, typed.force));
+    let directory = out.map(|out| ResultDirectory::create(&out, *force));
     let directory = directory.transpose()?;
-    if typed.profile.or(typed.launch).is_some() {
+    let order = typed.profile.or(typed.launch);
+    if order.is_some() {
         progress.wait("solving");
     }
-    let found = typed.find(&progress)?;
+    let found = typed.found(&progress)?;
     progress.check()?;
-    let subject = match typed.profile.or(typed.launch) {
-        Some(order) => format!("order {order}"),
-        None => "dimer".into(),
-    };
-    let sheet = found.as_described().describe();
-    let provenance = Provenance::new(command(), None, None);
+    let sheet = found.described().describe();
     let described = Described {
-        found: found.as_described(),
+        found: found.described(),
         sheet: &sheet,
         name: "dimer",
-        provenance: &provenance,
+        provenance: &Provenance::new(as_text(), None, None),
     };
     let main = directory.map(|directory| {
         let file = (directory, sheet.name);
@@ -228,16 +230,19 @@ pub fn run(typed: Localize) -> Result<(), Failure> {
     });
     let main = main.transpose()?;
     progress.clear();
-    described.tell(&subject, &typed.how, main.as_deref())?;
+    let subject = order.map_or("dimer".into(), |order| format!("order {order}"));
+    described.tell(&subject, how, main.as_deref())?;
     if let Some(main) = &main {
         drawing.present(main)?;
     }
-    let Found::Orders(orders) = &found else {
+    let Localized::Orders(orders) = &found else {
         return Ok(());
     };
     match orders.rows.iter().filter(|row| row.exact.is_none()).count() {
         0 => Ok(()),
-        unresolved => Err(Failure::Orders(unresolved)),
+        unresolved => Err(Failure::Partly(format!(
+            "{unresolved} of the orders could not be resolved; the others stand"
+        ))),
     }
 }
 
@@ -264,7 +269,7 @@ pub struct Body {
 
 impl Body {
     /// The material that was named or given by its constants.
-    pub fn material(&self) -> Result<Option<Material>, Error> {
+    fn material(&self) -> Result<Option<Material>, Error> {
         if let (Some(young), Some(poisson)) = (self.young, self.poisson) {
             return Ok(Some(Material {
                 young,
@@ -273,14 +278,10 @@ impl Body {
                 density: 1.0,
             }));
         }
-        let Some(name) = &self.material else {
-            return Ok(None);
-        };
-        let known = Material::named(name).ok_or_else(|| Error::Request {
-            option: "material",
-            expected: "quartz, steel or ptfe".into(),
-            found: name.clone(),
+        let named = self.material.as_ref().map(|name| {
+            let expected = "quartz, steel or ptfe";
+            Material::named(name).ok_or_else(|| Error::request("material", expected, name))
         });
-        known.map(Some)
+        named.transpose()
     }
 }

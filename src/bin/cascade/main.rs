@@ -87,27 +87,21 @@ fn run(cli: Cli) -> Result<(), Failure> {
                 false => analyze::run(&typed, &files),
             }
         }
-        Command::Triads(typed) => triads::run(&typed),
         Command::Estimate(typed) => typed.run(),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
-        Command::Inspect(typed) => {
-            let files = expanded(&typed.fields)?;
-            inspect::run(*typed, &files)
-        }
-        Command::Convert(typed) => {
-            let files = expanded(&typed.fields)?;
-            convert::run(*typed, &files)
-        }
+        Command::Inspect(typed) => inspect::run(&typed),
+        Command::Convert(typed) => convert::run(&typed),
         Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),
         Command::Attenuate(typed) => attenuate::run(*typed),
-        Command::Design(typed) => design::run(&typed),
-        Command::Plan(typed) => plan::run(&typed),
         Command::Localize(typed) => localize::run(*typed),
-        Command::Fit(typed) => fit::run(&typed),
+        Command::Triads(typed) => described::run(&*typed),
+        Command::Plan(typed) => described::run(&*typed),
+        Command::Fit(typed) => described::run(&*typed),
+        Command::Design(typed) => described::run(&*typed),
         Command::Examples(typed) => examples::run(typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),

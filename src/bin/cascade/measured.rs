@@ -17,7 +17,7 @@ use wavecascade::{Error, Field, Result};
 use crate::analyze::{open_options, print_notes};
 use crate::args::{Input, choice};
 use crate::parse;
-use crate::show_args::stated;
+use crate::show_args::AxisUnits;
 use crate::view_args::{ViewArgs, request_of};
 
 /// How a measurement is read.
@@ -118,14 +118,17 @@ pub fn of_field(
             "none stated, and none known from the file",
         ));
     }
-    let unit = (setup.units == Units::Si).then_some("m/s");
+    let units = AxisUnits {
+        samples: (setup.units == Units::Si).then_some("m/s"),
+        ..AxisUnits::default()
+    };
     let options = MeasuredOptions {
         start: typed.start,
-        noise: match stated("noise", typed.noise, unit)? {
+        noise: match units.stated("noise", typed.noise)? {
             None => Noise::Quiet,
             Some(deviation) => Noise::Stated {
                 deviation,
-                offset: stated("offset", typed.offset, unit)?.unwrap_or(0.0),
+                offset: units.stated("offset", typed.offset)?.unwrap_or(0.0),
             },
         },
         drift: typed.drift.into(),

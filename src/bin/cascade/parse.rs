@@ -1,40 +1,41 @@
 //! Values that clap has no parser for.
 
 use std::ops::Range;
+use std::str::FromStr;
 use std::time::Duration;
 
+use wavecascade::estimates;
 use wavecascade::field::{At, Interpolation, Label, Resample, Selection};
 use wavecascade::measure::{Dimension, Measure};
 use wavecascade::sweep::Part;
 
+/// What stands on both sides of a mark.
+fn two<A: FromStr, B: FromStr>(text: &str, mark: char) -> Option<(A, B)> {
+    let (a, b) = text.split_once(mark)?;
+    Some((a.trim().parse().ok()?, b.trim().parse().ok()?))
+}
+
 /// `A:B` as sites `A .. B`.
 pub fn site_range(text: &str) -> Result<Range<usize>, String> {
-    let expected = "expected FIRST:END, two site indices, the end excluded";
-    let (a, b) = text.split_once(':').ok_or(expected)?;
-    let index = |t: &str| t.trim().parse::<usize>().map_err(|_| expected.to_owned());
-    let range = index(a)?..index(b)?;
-    if range.is_empty() {
-        return Err(format!("{expected}, found an empty range"));
-    }
-    Ok(range)
+    let ends = two(text, ':').filter(|(first, end): &(usize, usize)| first < end);
+    let range = ends.map(|(first, end)| first..end);
+    range.ok_or("expected FIRST:END, two site indices, the end excluded and above the first".into())
 }
 
 /// `A:B` as an interval; an end left out is infinite.
 pub fn interval(text: &str) -> Result<(f64, f64), String> {
-    let expected = "expected FROM:TO, two numbers of which one may be left out";
+    let expected =
+        "expected FROM:TO, two numbers of which one may be left out, the lower one first";
     let (a, b) = text.split_once(':').ok_or(expected)?;
-    let end = |t: &str, open: f64| match t.trim() {
+    let end = |text: &str, open: f64| match text.trim() {
         "" => Ok(open),
-        t => match t.parse::<f64>() {
-            Ok(x) if !x.is_nan() => Ok(x),
-            _ => Err(expected.to_owned()),
-        },
+        text => text.parse::<f64>().map_err(|_| expected.to_owned()),
     };
     let (from, to) = (end(a, f64::NEG_INFINITY)?, end(b, f64::INFINITY)?);
-    if from > to {
-        return Err(format!("{expected}, the lower one first"));
+    match from <= to {
+        true => Ok((from, to)),
+        false => Err(expected.into()),
     }
-    Ok((from, to))
 }
 
 /// `NAME=VALUE` as a place on a dimension.
@@ -90,25 +91,18 @@ pub fn resample(text: &str) -> Result<Resample, String> {
 
 /// A number of bytes: `500000000`, `500MB`, `2GiB`, `2G` (binary).
 pub fn bytes(text: &str) -> Result<u64, String> {
-    let text = text.trim();
-    let digits = text
-        .find(|c: char| !c.is_ascii_digit() && c != '.')
-        .unwrap_or(text.len());
-    let (number, unit) = text.split_at(digits);
-    let factor: f64 = match unit.trim().to_ascii_lowercase().as_str() {
-        "" | "b" => 1.0,
-        "kb" => 1e3,
-        "mb" => 1e6,
-        "gb" => 1e9,
-        "tb" => 1e12,
-        "k" | "kib" => 1024.0,
-        "m" | "mib" => 1024f64.powi(2),
-        "g" | "gib" => 1024f64.powi(3),
-        "t" | "tib" => 1024f64.powi(4),
-        _ => return Err("expected a size such as 500MB or 2GiB".into()),
+    let text = text.trim().to_ascii_lowercase();
+    let (text, base) = match (text.strip_suffix("ib"), text.strip_suffix('b')) {
+        (Some(text), _) => (text, 1024.0),
+        (None, Some(text)) => (text, 1000.0),
+        (None, None) => (&*text, 1024f64),
     };
-    match number.parse::<f64>() {
-        Ok(n) if n * factor >= 1.0 => Ok((n * factor) as u64),
+    let prefix = "kmgt".find(|prefix: char| text.ends_with(prefix));
+    let number = text.strip_suffix(['k', 'm', 'g', 't']).unwrap_or(text);
+    let size = number.trim().parse::<f64>();
+    let size = size.map(|size| size * base.powi(prefix.map_or(0, |at| at as i32 + 1)));
+    match size {
+        Ok(size) if (1.0..u64::MAX as f64).contains(&size) => Ok(size as u64),
         _ => Err("expected a size such as 500MB or 2GiB".into()),
     }
 }
@@ -130,10 +124,14 @@ pub fn duration(text: &str) -> Result<Duration, String> {
 
 /// `K/N`, the K-th of N parts.
 pub fn part(text: &str) -> Result<Part, String> {
-    let expected = "expected K/N with K from 1 to N, such as 2/4";
-    let (k, n) = text.split_once('/').ok_or(expected)?;
-    let number = |t: &str| t.trim().parse::<usize>().map_err(|_| expected.to_owned());
-    Part::new(number(k)?, number(n)?).map_err(|_| expected.to_owned())
+    let part = two(text, '/').and_then(|(k, n)| Part::new(k, n).ok());
+    part.ok_or("expected K/N with K from 1 to N, such as 2/4".into())
+}
+
+/// The same of the segments of records, of which there are 64 parts at most.
+pub fn part_of_segments(text: &str) -> Result<estimates::Part, String> {
+    let part = two(text, '/').and_then(|(k, n)| estimates::Part::new(k, n).ok());
+    part.ok_or("expected a part and their number, such as 3/64: from 1/64 to 64/64".into())
 }
 
 /// How much of a segment its neighbour shares.
@@ -160,27 +158,15 @@ pub fn overlap_of(overlap: Option<Overlap>, segment: Option<usize>) -> Option<us
 /// A whole number of samples, or a share between 0 and 1 (also `50%`).
 pub fn overlap(text: &str) -> Result<Overlap, String> {
     let expected = "expected a number of samples, or a share between 0 and 1 such as 0.5 or 50%";
-    if let Ok(n) = text.parse::<usize>() {
-        return Ok(Overlap::Samples(n));
-    }
-    let share = match text.strip_suffix('%') {
-        Some(percent) => percent.trim().parse::<f64>().map(|p| p / 100.0),
-        None => text.parse::<f64>(),
-    };
-    match share {
-        Ok(s) if (0.0..1.0).contains(&s) => Ok(Overlap::Share(s)),
-        _ => Err(expected.into()),
-    }
+    let samples = text.parse().map(Overlap::Samples);
+    samples.or_else(|_| share(text).map(Overlap::Share).map_err(|_| expected.into()))
 }
 
 /// `NW,K`: a time-bandwidth product and a number of tapers.
 pub fn multitaper(text: &str) -> Result<(f64, usize), String> {
+    let tapers = two(text, ',').filter(|(nw, _): &(f64, usize)| nw.is_finite());
     let expected = "expected NW,K: a time-bandwidth product and a number of tapers, such as 4,7";
-    let (nw, count) = text.split_once(',').ok_or(expected)?;
-    match (nw.trim().parse::<f64>(), count.trim().parse::<usize>()) {
-        (Ok(nw), Ok(count)) if nw.is_finite() => Ok((nw, count)),
-        _ => Err(expected.into()),
-    }
+    tapers.ok_or(expected.into())
 }
 
 /// A finite number.
@@ -227,23 +213,17 @@ pub fn positive(text: &str) -> Result<f64, String> {
 
 /// A measure above 0.
 pub fn step<D: Dimension>(text: &str) -> Result<Measure<D>, String> {
-    match Measure::read(text) {
-        Ok(step) if step.value > 0.0 => Ok(step),
-        _ => {
-            let units = wavecascade::measure::units::<D>();
-            Err(format!(
-                "expected a finite number above 0, or one with its unit ({units})"
-            ))
-        }
-    }
+    let step = Measure::read(text).ok().filter(|step| step.value > 0.0);
+    step.ok_or_else(|| {
+        let units = wavecascade::measure::units::<D>();
+        format!("expected a finite number above 0, or one with its unit ({units})")
+    })
 }
 
 /// `A:B`, two indices.
 pub fn pair(text: &str) -> Result<[usize; 2], String> {
-    let numbers = text
-        .split_once(':')
-        .and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
-    numbers.ok_or_else(|| format!("expected A:B, two contacts by index, found {text}"))
+    let pair = two(text, ':').map(|(a, b)| [a, b]);
+    pair.ok_or_else(|| format!("expected A:B, two contacts by index, found {text}"))
 }
 
 #[cfg(test)]

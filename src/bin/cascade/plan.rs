@@ -5,17 +5,19 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use wavecascade::Error;
-use wavecascade::chain::scene::{SceneSource, Units};
+use wavecascade::chain::scene::Units;
 use wavecascade::measure::{Frequency, Measure};
 use wavecascade::observer::Observer;
-use wavecascade::plan::{Criterion, NoiseLevel, PlanRequest, Planned};
+use wavecascade::plan::{Criterion, NoiseLevel, PlanRequest};
 
 use crate::args::{QuantityArg, choice};
-use crate::described::{Found, ResultArgs};
+use crate::chain_args::How;
+use crate::described::{Describing, Found, Given, Publishing, ResultArgs};
 use crate::failure::Failure;
 use crate::fit::InstrumentArgs;
 use crate::parse;
-use crate::show_args::stated;
+use crate::scene::source_of;
+use crate::show_args::AxisUnits;
 
 /// What `cascade plan` takes.
 #[derive(Debug, Args)]
@@ -75,32 +77,41 @@ choice!(
     }
 );
 
-impl PlanArgs {
-    /// What is asked, and found.
-    pub fn find(&self, scene: &SceneSource, observer: &dyn Observer) -> Result<Planned, Error> {
-        let units = scene.setup().map_err(|error| scene.locate(error))?.units;
+impl Describing for PlanArgs {
+    fn name(&self) -> &'static str {
+        "plan"
+    }
+
+    fn how(&self) -> &How {
+        &self.result.how
+    }
+
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
+        let scene = source_of(given.scene, Some(&self.scene))?;
+        let is_si = scene.setup().map_err(|error| scene.locate(error))?.units == Units::Si;
+        let units = AxisUnits {
+            time: is_si.then_some("s"),
+            ..AxisUnits::default()
+        };
         let request = PlanRequest {
             noise: self.noise.clone(),
             quantity: self.quantity.into(),
             bodies: self.bodies.clone(),
             instruments: self.instruments.stated(),
-            rate: stated("rate", self.rate, (units == Units::Si).then_some("Hz"))?,
+            rate: units.stated("rate", self.rate)?,
             criterion: self.criterion.into(),
             ..PlanRequest::of(&self.free, self.sensors)
         };
-        request.run(scene, observer)
+        Ok(Found::of(request.run(&scene, observer)?))
     }
 }
 
-/// Runs the command.
-pub fn run(typed: &PlanArgs) -> Result<(), Failure> {
-    typed
-        .result
-        .make((&typed.scene, "toml"), "plan", |progress| {
-            Ok(Found {
-                found: typed.find(&SceneSource::read(&typed.scene)?, progress)?,
-                hash: None,
-                beside: None,
-            })
-        })
+impl Publishing for PlanArgs {
+    fn result(&self) -> &ResultArgs {
+        &self.result
+    }
+
+    fn files(&self) -> Result<(Vec<PathBuf>, &'static str), Failure> {
+        Ok((vec![self.scene.clone()], "toml"))
+    }
 }

@@ -3,9 +3,10 @@
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use wavecascade::Error;
 
+use crate::args::choice;
 use crate::failure::Failure;
 use crate::picture::{Picture, Protocol};
 use crate::terminal::{self, Tone};
@@ -23,16 +24,15 @@ pub struct PresentArgs {
     pub show: Option<ShowArg>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ShowArg {
+choice!(ShowArg => Protocol {
     /// As the terminal says what it is.
-    Auto,
-    Kitty,
-    Iterm,
-    Sixel,
+    Auto => Self::of_terminal(|name| std::env::var(name).unwrap_or_default()),
+    Kitty => Self::Kitty,
+    Iterm => Self::Iterm,
+    Sixel => Self::Sixel,
     /// Characters that are half of a cell each, which all terminals have.
-    Blocks,
-}
+    Blocks => Self::Blocks,
+});
 
 /// Figures whose name is not that of the result and that answer its question, the first that is there.
 const MAIN: [&str; 3] = ["temporal-spectrum.png", "views.png", "energies.png"];
@@ -40,37 +40,23 @@ const MAIN: [&str; 3] = ["temporal-spectrum.png", "views.png", "energies.png"];
 impl PresentArgs {
     /// That there will be a page to open, and a picture and a terminal for it.
     pub fn check(self, draws: bool, has_png: bool) -> Result<(), Error> {
-        let refuse = |option, expected: &str, found: String| {
-            let expected = expected.into();
-            Err(Error::Request {
-                option,
-                expected,
-                found,
-            })
-        };
-        if self.open && !draws {
-            return refuse(
-                "open",
-                "figures: without them there is no page",
-                "`--figures none`".into(),
-            );
-        }
-        if self.show.is_none() {
+        let is_dumb = std::env::var("TERM").is_ok_and(|name| name == "dumb");
+        let (option, expected, found) = if self.open && !draws {
+            let expected = "figures: without them there is no page";
+            ("open", expected, "`--figures none`")
+        } else if self.show.is_none() {
             return Ok(());
-        }
-        if !has_png {
-            return refuse("show", "`png` among `--figures`", "none".into());
-        }
-        if !std::io::stdout().is_terminal() {
+        } else if !has_png {
+            ("show", "`png` among `--figures`", "none")
+        } else if !std::io::stdout().is_terminal() {
             let found = "standard output that is a file or a pipe";
-            return refuse("show", "a terminal to draw in", found.into());
-        }
-        match std::env::var("TERM") {
-            Ok(name) if name == "dumb" => {
-                refuse("show", "a terminal that can draw", "TERM=dumb".into())
-            }
-            _ => Ok(()),
-        }
+            ("show", "a terminal to draw in", found)
+        } else if is_dumb {
+            ("show", "a terminal that can draw", "TERM=dumb")
+        } else {
+            return Ok(());
+        };
+        Err(Error::request(option, expected, found))
     }
 
     /// Shows the main picture beside a page, and opens the page.
@@ -98,18 +84,6 @@ pub fn open_page(page: &Path) {
         let text = format!("no browser could be started: {why}");
         terminal::message(Tone::Warning, &text);
         terminal::message(Tone::Help, &format!("open {} in one", page.display()));
-    }
-}
-
-impl From<ShowArg> for Protocol {
-    fn from(typed: ShowArg) -> Protocol {
-        match typed {
-            ShowArg::Auto => Protocol::of_terminal(|name| std::env::var(name).unwrap_or_default()),
-            ShowArg::Kitty => Protocol::Kitty,
-            ShowArg::Iterm => Protocol::Iterm,
-            ShowArg::Sixel => Protocol::Sixel,
-            ShowArg::Blocks => Protocol::Blocks,
-        }
     }
 }
 

@@ -1,10 +1,11 @@
 //! Progress bar, and Ctrl-C.
 
+use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use wavecascade::observer::Observer;
 use wavecascade_system::signals;
 
@@ -16,9 +17,6 @@ const PATIENCE: Duration = Duration::from_millis(300);
 
 /// Letters of a name that are shown.
 const LONGEST: usize = 24;
-
-/// Time and share of a stage after which its end is estimated.
-const ESTIMABLE: (Duration, f32) = (Duration::from_secs(2), 0.03);
 
 /// The command whose work an end by `--max-time` cancels; none before there is one.
 static WATCHED: Mutex<Option<Arc<Shared>>> = Mutex::new(None);
@@ -101,7 +99,7 @@ enum Phase {
 }
 
 impl Progress {
-    /// Listens for Ctrl-C and termination from now on; a second one ends the program at once.
+    /// Shown where standard error is a terminal. Listens for Ctrl-C and termination from now on; a second one ends the program at once.
     pub fn new(shown: bool) -> Self {
         let shared = Arc::new(Shared {
             stage: Mutex::new(Stage {
@@ -118,7 +116,7 @@ impl Progress {
             let _ = ctrlc::set_handler(move || heard.interrupt());
         });
         Progress {
-            shown,
+            shown: shown && std::io::stderr().is_terminal(),
             part: Mutex::default(),
             shared,
         }
@@ -180,25 +178,14 @@ impl Shared {
     }
 }
 
-/// The time left at the mean rate so far, once enough is done for an estimate.
-fn remaining(state: &ProgressState, out: &mut dyn std::fmt::Write) {
-    let (elapsed, done) = (state.elapsed(), state.fraction());
-    if elapsed < ESTIMABLE.0 || done < ESTIMABLE.1 {
-        return;
-    }
-    let left = elapsed.mul_f32((1.0 - done) / done);
-    let _ = write!(out, "{} left", HumanDuration(left));
-}
-
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Observer for Progress {
     fn stage(&self, name: &'static str, units: u64) {
-        let style = ProgressStyle::with_template("{msg:<26} {bar:30} {percent:>3} %  {remaining}")
-            .unwrap_or_else(|_| ProgressStyle::default_bar())
-            .with_key("remaining", remaining);
+        let style = ProgressStyle::with_template("{msg:<26} {bar:30} {percent:>3} %  {eta} left")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
         let bar = ProgressBar::with_draw_target(Some(units), ProgressDrawTarget::hidden());
         bar.set_style(style);
         bar.set_message(format!("{}{name}", lock(&self.part)));

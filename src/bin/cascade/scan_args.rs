@@ -76,14 +76,15 @@ impl ScanArgs {
     /// # Errors
     /// Several files without a scan.
     pub fn check_files(&self, files: &[PathBuf]) -> Result<(), Error> {
-        if files.len() == 1 || self.position_from.is_some() {
-            return Ok(());
+        let found = format!("{} files without it", files.len());
+        match files.len() == 1 || self.position_from.is_some() {
+            true => Ok(()),
+            false => Err(Error::request(
+                "position-from",
+                "it beside several files, which it makes one field",
+                found,
+            )),
         }
-        Err(Error::Request {
-            option: "position-from",
-            expected: "it beside several files, which it makes one field".into(),
-            found: format!("{} files without it", files.len()),
-        })
     }
 
     /// The field of one file, or of all files of a scan with what was taken of each.

@@ -1,23 +1,25 @@
 //! `cascade scene`: a scene to start from, its schema, what a scene describes.
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
 
+use wavecascade::Error;
 use wavecascade::chain::scene::{
     Description, PRESETS, Preset, SceneSource, Units, preset, schema, template,
 };
 use wavecascade::sheet::name_of;
 
 use crate::chain_args::SceneCommand;
+use crate::described::stem_of;
 use crate::failure::Failure;
-use crate::terminal::{self, Lines, number};
+use crate::terminal::{self, Lines, number, print_json};
 
 /// Runs the command.
 pub fn run(typed: SceneCommand) -> Result<(), Failure> {
-    let mut out = terminal::stdout();
     if typed.schema {
-        let text = serde_json::to_string_pretty(&schema()).map_err(std::io::Error::from)?;
-        return Ok(writeln!(out, "{text}")?);
+        return print_json(&schema());
     }
+    let mut out = terminal::stdout();
     if typed.presets {
         let width = PRESETS.iter().map(|preset| preset.name.len()).max();
         for Preset { name, shows, .. } in PRESETS {
@@ -35,11 +37,26 @@ pub fn run(typed: SceneCommand) -> Result<(), Failure> {
     Ok(out.write_all(describe(&description, typed.json)?.as_bytes())?)
 }
 
+/// A scene as its text, else of a file, else without any key.
+pub fn source_of(text: Option<String>, file: Option<&Path>) -> Result<SceneSource, Error> {
+    match (text, file) {
+        (Some(text), _) => Ok(SceneSource::new(None, text)),
+        (None, Some(path)) => SceneSource::read(path),
+        (None, None) => Ok(SceneSource::default()),
+    }
+}
+
+/// A name here after that of a scene, if there is one.
+pub fn named_like(scene: Option<&Path>, usual: &str, ending: &str) -> PathBuf {
+    let mut name = scene.map_or(usual.into(), stem_of);
+    name.push_str(ending);
+    name.into()
+}
+
 /// A description in lines, or in JSON.
 pub fn describe(description: &Description, json: bool) -> Result<String, Failure> {
     if json {
-        let text = serde_json::to_string_pretty(description).map_err(std::io::Error::from)?;
-        return Ok(text + "\n");
+        return Ok(serde_json::to_string_pretty(description)? + "\n");
     }
     let mut lines = Lines::new(terminal::width());
     chain_lines(&mut lines, description);
@@ -54,13 +71,15 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
         Units::None => String::new(),
     };
     let (kg, speed) = (unit("kg"), unit("m/s"));
-    lines.line(
-        "chain",
-        &format!(
-            "{} sites, {} contacts, law {}, ends {}",
-            d.sites, d.contacts, d.law, d.ends
-        ),
-    );
+    let Description {
+        sites,
+        contacts,
+        law,
+        ends,
+        ..
+    } = d;
+    let chain = format!("{sites} sites, {contacts} contacts, law {law}, ends {ends}");
+    lines.line("chain", &chain);
     if let Some(range) = d.coefficient {
         let ratio = match d.stiffness_ratio {
             Some(ratio) => format!(", stiffness ratio {}", digits(ratio)),
@@ -69,34 +88,24 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
         let unit = d.coefficient_unit.as_deref().map(unit).unwrap_or_default();
         lines.line("coefficients", &format!("{}{unit}{ratio}", between(range)));
     }
-    lines.line(
-        "masses",
-        &format!(
-            "{}{kg}, {}{kg} in all",
-            between(d.mass),
-            number(d.total_mass)
-        ),
-    );
+    let (mass, total) = (between(d.mass), number(d.total_mass));
+    lines.line("masses", &format!("{mass}{kg}, {total}{kg} in all"));
     let meters = unit("m");
     let mut start = Vec::new();
     if d.striker_velocity != 0.0 && d.moving_sites == 1 {
         let (mass, velocity) = (number(d.striker_mass), number(d.striker_velocity));
         start.push(format!("striker of {mass}{kg} at {velocity}{speed}"));
     } else if d.largest_velocity > 0.0 {
-        start.push(format!(
-            "velocities up to {}{speed} at {}",
-            number(d.largest_velocity),
-            match d.moving_sites {
-                1 => "one site".to_owned(),
-                n => format!("{n} sites"),
-            }
-        ));
+        let sites = match d.moving_sites {
+            1 => "one site".to_owned(),
+            n => format!("{n} sites"),
+        };
+        let velocity = number(d.largest_velocity);
+        start.push(format!("velocities up to {velocity}{speed} at {sites}"));
     }
     if d.largest_displacement > 0.0 {
-        start.push(format!(
-            "displacements up to {}{meters}",
-            number(d.largest_displacement)
-        ));
+        let displacement = number(d.largest_displacement);
+        start.push(format!("displacements up to {displacement}{meters}"));
     }
     if !start.is_empty() {
         lines.line("start", &start.join(", "));
@@ -104,15 +113,12 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
     if let Some(drive) = &d.drive {
         lines.line("drive", drive);
     }
-    if d.precompression > 0.0 {
-        let force = format!("{}{}", number(d.precompression), unit("N"));
-        lines.line("precompression", &force);
-    }
-    if d.gravity > 0.0 {
-        lines.line(
-            "gravity",
-            &format!("{}{}", number(d.gravity), unit("m/s^2")),
-        );
+    let loads = [
+        ("precompression", d.precompression, "N"),
+        ("gravity", d.gravity, "m/s^2"),
+    ];
+    for (name, load, of) in loads.into_iter().filter(|(_, load, _)| *load > 0.0) {
+        lines.line(name, &format!("{}{}", number(load), unit(of)));
     }
     if let Some((law, range)) = &d.ground {
         lines.line(

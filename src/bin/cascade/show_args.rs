@@ -1,4 +1,4 @@
-//! Options that choose the part of each axis that figures show.
+//! Values in the units of a field's axes, and the options that choose the part of each axis that figures show.
 
 use clap::Args;
 use wavecascade::analyze::{Show, ShowAxis};
@@ -7,35 +7,145 @@ use wavecascade::measure::{
 };
 use wavecascade::{Error, Field};
 
+/// `FROM:TO`, each in the unit of the axis or with its own; an end that is left out is infinite.
+#[derive(Debug, Clone, Copy)]
+pub struct Ends<D: Dimension>(Option<Measure<D>>, Option<Measure<D>>);
+
+/// Reads `FROM:TO`, with units.
+pub fn ends<D: Dimension>(text: &str) -> Result<Ends<D>, String> {
+    let expected = || {
+        format!(
+            "expected FROM:TO, of which one may be left out; numbers are in the unit of the axis, or have their own ({})",
+            units::<D>()
+        )
+    };
+    let end = |text: &str| match text.trim() {
+        "" | "inf" | "-inf" => Ok(None),
+        text => Measure::<D>::read(text).map(Some).map_err(|_| expected()),
+    };
+    let (from, to) = text.split_once(':').ok_or_else(expected)?;
+    Ok(Ends(end(from)?, end(to)?))
+}
+
 /// What is typed of an axis: `all`, an upper end, or both ends, of which one may be left out.
 #[derive(Debug, Clone, Copy)]
 pub enum Limits<D: Dimension> {
     All,
     UpTo(Measure<D>),
-    Between(Option<Measure<D>>, Option<Measure<D>>),
+    Between(Ends<D>),
 }
 
 /// Reads `all`, `HIGH` or `LOW:HIGH`, with units.
 fn limits<D: Dimension>(text: &str) -> Result<Limits<D>, String> {
-    let expected = || {
+    let read = match text.trim() {
+        "all" => Some(Limits::All),
+        ":" => None,
+        text if text.contains(':') => ends(text).ok().map(Limits::Between),
+        text => Measure::read(text).ok().map(Limits::UpTo),
+    };
+    read.ok_or_else(|| {
         format!(
-            "expected HIGH, LOW:HIGH or all; numbers are in the unit of the axis, or have their own \
-             ({})",
+            "expected HIGH, LOW:HIGH or all; numbers are in the unit of the axis, or have their own ({})",
             units::<D>()
         )
-    };
-    let number = |text: &str| Measure::<D>::read(text).map_err(|_| expected());
-    let end = |text: &str| match text.trim() {
-        "" => Ok(None),
-        text => number(text).map(Some),
-    };
-    match text.split_once(':') {
-        None if text.trim() == "all" => Ok(Limits::All),
-        None => number(text).map(Limits::UpTo),
-        Some((low, high)) => match (end(low)?, end(high)?) {
-            (None, None) => Err(expected()),
-            (low, high) => Ok(Limits::Between(low, high)),
-        },
+    })
+}
+
+/// Units of the axes of a field and of its samples, where they have one.
+#[derive(Debug, Default)]
+pub struct AxisUnits<'a> {
+    pub time: Option<&'a str>,
+    pub length: Option<&'a str>,
+    pub samples: Option<&'a str>,
+}
+
+impl<'a> AxisUnits<'a> {
+    pub fn of(field: &'a Field) -> AxisUnits<'a> {
+        AxisUnits {
+            time: field.time.unit.as_deref(),
+            length: field.space.unit.as_deref(),
+            samples: field.unit.as_deref(),
+        }
+    }
+
+    /// The unit that a quantity of dimension `D` has here.
+    fn unit<D: Dimension>(&self) -> Option<String> {
+        match D::UNITS[0].0 {
+            "s" => self.time.map(str::to_owned),
+            "m" => self.length.map(str::to_owned),
+            "Hz" => self.time.map(cycles_per),
+            "rad/m" => self.length.map(|unit| format!("rad/{unit}")),
+            _ => self.samples.map(str::to_owned),
+        }
+    }
+
+    /// A measure as a number in the unit that it has here.
+    ///
+    /// # Errors
+    /// For a measure with a unit of its own where there is none, or one of unknown size.
+    pub fn number<D: Dimension>(
+        &self,
+        option: &'static str,
+        measure: Measure<D>,
+    ) -> Result<f64, Error> {
+        let found = format!("{measure:?}");
+        let unit = self.unit::<D>();
+        let value = match &unit {
+            Some(unit) => measure.in_unit(unit),
+            None if measure.has_unit => None,
+            None => Some(measure.value),
+        };
+        let expected = || match unit {
+            Some(unit) => format!("a number in {unit}, the unit of the axis"),
+            None => "a number, since the axis has no unit".into(),
+        };
+        value.ok_or_else(|| Error::request(option, expected(), found))
+    }
+
+    /// The same, where one is stated.
+    pub fn stated<D: Dimension>(
+        &self,
+        option: &'static str,
+        measure: Option<Measure<D>>,
+    ) -> Result<Option<f64>, Error> {
+        measure
+            .map(|measure| self.number(option, measure))
+            .transpose()
+    }
+
+    /// Both ends; one that is left out is infinite.
+    pub fn ends<D: Dimension>(
+        &self,
+        option: &'static str,
+        Ends(from, to): Ends<D>,
+    ) -> Result<(f64, f64), Error> {
+        let from = self.stated(option, from)?.unwrap_or(f64::NEG_INFINITY);
+        let to = self.stated(option, to)?.unwrap_or(f64::INFINITY);
+        match from <= to {
+            true => Ok((from, to)),
+            false => Err(Error::request(
+                option,
+                "the lower end first",
+                format!("{from}:{to}"),
+            )),
+        }
+    }
+
+    /// The part of an axis that is shown.
+    fn shown<D: Dimension>(
+        &self,
+        option: &'static str,
+        typed: Option<Limits<D>>,
+    ) -> Result<ShowAxis, Error> {
+        Ok(match typed {
+            None => ShowAxis::Auto,
+            Some(Limits::All) => ShowAxis::WHOLE,
+            Some(Limits::UpTo(high)) => ShowAxis::UpTo(self.number(option, high)?),
+            Some(Limits::Between(ends)) => {
+                let (low, high) = self.ends(option, ends)?;
+                ShowAxis::Interval { low, high }
+            }
+        })
     }
 }
 
@@ -65,128 +175,14 @@ pub struct ShowArgs {
 
 impl ShowArgs {
     /// The limits in the units of the field's axes.
-    pub fn of_field(&self, field: &Field) -> Result<Show, Error> {
-        let (time, length) = (field.time.unit.as_deref(), field.space.unit.as_deref());
-        let frequency = time.map(cycles_per);
-        let wavenumber = length.map(|unit| format!("rad/{unit}"));
+    pub fn in_units(&self, units: &AxisUnits) -> Result<Show, Error> {
         Ok(Show {
-            frequency: axis("show-frequency", self.show_frequency, frequency.as_deref())?,
-            wavenumber: axis(
-                "show-wavenumber",
-                self.show_wavenumber,
-                wavenumber.as_deref(),
-            )?,
-            time: axis("show-time", self.show_time, time)?,
-            space: axis("show-space", self.show_space, length)?,
+            frequency: units.shown("show-frequency", self.show_frequency)?,
+            wavenumber: units.shown("show-wavenumber", self.show_wavenumber)?,
+            time: units.shown("show-time", self.show_time)?,
+            space: units.shown("show-space", self.show_space)?,
         })
     }
-}
-
-/// `FROM:TO`, each in the unit of the axis or with its own; an end that is left out is infinite.
-#[derive(Debug, Clone, Copy)]
-pub struct Ends<D: Dimension>(Option<Measure<D>>, Option<Measure<D>>);
-
-/// Reads `FROM:TO`, with units.
-pub fn ends<D: Dimension>(text: &str) -> Result<Ends<D>, String> {
-    let expected = || {
-        format!(
-            "expected FROM:TO, of which one may be left out; numbers are in the unit of the axis, or have their own ({})",
-            units::<D>()
-        )
-    };
-    let end = |text: &str| match text.trim() {
-        "" | "inf" | "-inf" => Ok(None),
-        text => Measure::<D>::read(text).map(Some).map_err(|_| expected()),
-    };
-    let (from, to) = text.split_once(':').ok_or_else(expected)?;
-    let (from, to) = (end(from)?, end(to)?);
-    match (&from, &to) {
-        (Some(from), Some(to)) if from.has_unit == to.has_unit && from.value > to.value => {
-            Err(format!("{}, the lower one first", expected()))
-        }
-        _ => Ok(Ends(from, to)),
-    }
-}
-
-impl<D: Dimension + Copy> Ends<D> {
-    /// Both ends as numbers in the unit of an axis.
-    pub fn of_axis(self, option: &'static str, unit: Option<&str>) -> Result<(f64, f64), Error> {
-        let end = |end: Option<Measure<D>>, open: f64| {
-            end.map_or(Ok(open), |end| of_axis(option, end, unit))
-        };
-        Ok((end(self.0, f64::NEG_INFINITY)?, end(self.1, f64::INFINITY)?))
-    }
-}
-
-/// Units of the axes of a field, of its frequencies and its wavenumbers, where they have one.
-pub struct AxisUnits {
-    pub time: Option<String>,
-    pub frequency: Option<String>,
-    pub wavenumber: Option<String>,
-}
-
-impl AxisUnits {
-    pub fn of(field: &Field) -> AxisUnits {
-        AxisUnits {
-            time: field.time.unit.clone(),
-            frequency: field.time.unit.as_deref().map(cycles_per),
-            wavenumber: field
-                .space
-                .unit
-                .as_deref()
-                .map(|unit| format!("rad/{unit}")),
-        }
-    }
-}
-
-/// A number in the unit of an axis, where one is stated.
-pub fn stated<D: Dimension>(
-    option: &'static str,
-    measure: Option<Measure<D>>,
-    unit: Option<&str>,
-) -> Result<Option<f64>, Error> {
-    let number = measure.map(|measure| of_axis(option, measure, unit));
-    number.transpose()
-}
-
-/// A number in the unit of an axis, which a field may not have.
-pub fn of_axis<D: Dimension>(
-    option: &'static str,
-    measure: Measure<D>,
-    unit: Option<&str>,
-) -> Result<f64, Error> {
-    let found = format!("{measure:?}");
-    let value = match unit {
-        Some(unit) => measure.in_unit(unit),
-        None if measure.has_unit => None,
-        None => Some(measure.value),
-    };
-    value.ok_or_else(|| Error::Request {
-        option,
-        expected: match unit {
-            Some(unit) => format!("a number in {unit}, the unit of the axis"),
-            None => "a number, since the axis has no unit".into(),
-        },
-        found,
-    })
-}
-
-fn axis<D: Dimension + Copy>(
-    option: &'static str,
-    typed: Option<Limits<D>>,
-    unit: Option<&str>,
-) -> Result<ShowAxis, Error> {
-    let number = |measure: Measure<D>| of_axis(option, measure, unit);
-    let end = |measure: Option<Measure<D>>, open: f64| measure.map_or(Ok(open), number);
-    Ok(match typed {
-        None => ShowAxis::Auto,
-        Some(Limits::All) => ShowAxis::WHOLE,
-        Some(Limits::UpTo(high)) => ShowAxis::UpTo(number(high)?),
-        Some(Limits::Between(low, high)) => ShowAxis::Interval {
-            low: end(low, f64::NEG_INFINITY)?,
-            high: end(high, f64::INFINITY)?,
-        },
-    })
 }
 
 #[cfg(test)]
@@ -199,7 +195,9 @@ mod tests {
         assert!(matches!(read("all"), Ok(Limits::All)));
         assert!(matches!(read("2kHz"), Ok(Limits::UpTo(high)) if high.value == 2000.0));
         let between = read("1kHz:");
-        assert!(matches!(between, Ok(Limits::Between(Some(low), None)) if low.value == 1000.0));
+        assert!(
+            matches!(between, Ok(Limits::Between(Ends(Some(low), None))) if low.value == 1000.0)
+        );
         for wrong in [":", "", "high", "1:2:3", "3 mm", "nan"] {
             assert!(read(wrong).is_err(), "{wrong}");
         }

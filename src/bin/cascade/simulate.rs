@@ -1,11 +1,11 @@
 //! `cascade simulate`: a scene with options over it, the run, the run file.
 
-use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::Path;
 use std::time::Instant;
 
 use serde_json::json;
-use wavecascade::chain::scene::{Description, SceneSource, Setup, Units};
+use wavecascade::chain::scene::{Description, Setup, Units};
 use wavecascade::chain::{CHECK_FACTOR, Run};
 use wavecascade::measure::digits;
 use wavecascade::report::{RUN_SCHEMA, RunFile};
@@ -15,16 +15,12 @@ use crate::advice;
 use crate::chain_args::Simulate;
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::scene::{chain_lines, describe};
-use crate::terminal::{self, Lines, error_size, number};
+use crate::scene::{chain_lines, describe, named_like, source_of};
+use crate::terminal::{self, Lines, error_size, number, print_json};
 
 /// Runs the command.
 pub fn run(typed: Simulate) -> Result<(), Failure> {
-    let source = match &typed.scene {
-        Some(path) => SceneSource::read(path)?,
-        None => SceneSource::default(),
-    };
-    let source = source.with(typed.keys.settings.clone());
+    let source = source_of(None, typed.scene.as_deref())?.with(typed.keys.settings.clone());
     let setup = source.setup()?;
     if typed.plan {
         let text = describe(&setup.description(), typed.json)?;
@@ -33,8 +29,8 @@ pub fn run(typed: Simulate) -> Result<(), Failure> {
     let out = typed
         .out
         .clone()
-        .unwrap_or_else(|| default_out(typed.scene.as_deref()));
-    let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
+        .unwrap_or_else(|| named_like(typed.scene.as_deref(), "run", ".npz"));
+    let progress = Progress::new(!typed.quiet);
     // Before any work: could the run be written?
     RunFile::check(&out, typed.force)?;
     let started = Instant::now();
@@ -46,13 +42,6 @@ pub fn run(typed: Simulate) -> Result<(), Failure> {
     tell(&typed, &setup, &run, &out, seconds)
 }
 
-fn default_out(scene: Option<&Path>) -> PathBuf {
-    let stem = scene.and_then(Path::file_stem);
-    let mut name = stem.unwrap_or("run".as_ref()).to_owned();
-    name.push(".npz");
-    name.into()
-}
-
 fn tell(
     typed: &Simulate,
     setup: &Setup,
@@ -61,7 +50,6 @@ fn tell(
     seconds: f64,
 ) -> Result<(), Failure> {
     let description = setup.description();
-    let mut stdout = terminal::stdout();
     if typed.json {
         let warnings: Vec<_> = run
             .report
@@ -79,10 +67,10 @@ fn tell(
             "gradient_error": run.gradient.as_ref().map(|gradient| &gradient.error),
             "warnings": warnings,
         });
-        let text = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
-        writeln!(stdout, "{text}")?;
+        print_json(&summary)?;
     } else if !typed.quiet {
         let text = summary(&description, run, seconds, terminal::width());
+        let mut stdout = terminal::stdout();
         stdout.write_all(text.as_bytes())?;
         writeln!(stdout, "wrote {}; next: cascade analyze {0}", out.display())?;
     }

@@ -16,20 +16,12 @@ const LEAST_OF_TABLE: usize = 4;
 /// Blocks of a profile.
 const PROFILE: usize = 16;
 
-/// What a line of a summary is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Rank {
-    /// Printed where there is room.
-    Fact,
-    /// Printed with `--verbose` alone.
-    Detail,
-}
-
 /// What a command found: an answer in words, facts, details, warnings, and where to go on.
 #[derive(Default)]
 pub struct Summary {
     answer: String,
-    parts: Vec<(Rank, Part)>,
+    /// Each with whether it is a detail, which is printed with `--verbose` alone; others are where there is room.
+    parts: Vec<(bool, Part)>,
     warnings: Vec<[String; 2]>,
     last: String,
 }
@@ -60,17 +52,12 @@ impl Summary {
             summary.table(table);
         }
         for fact in &sheet.facts {
-            let rank = if fact.is_detail {
-                Rank::Detail
-            } else {
-                Rank::Fact
-            };
             let profile = match has_blocks() {
                 true => blocks(&fact.profile, PROFILE),
                 false => String::new(),
             };
             let text = format!("{profile} {}", fact.text);
-            summary.line(rank, &fact.name, text.trim_start());
+            summary.line(fact.is_detail, &fact.name, text.trim_start());
         }
         for table in sheet.tables.iter().filter(|table| !table.is_fact) {
             summary.table(table);
@@ -81,44 +68,27 @@ impl Summary {
         summary
     }
 
-    pub fn fact(&mut self, name: &str, value: &str) {
-        self.line(Rank::Fact, name, value);
-    }
-
-    /// A table of a result: its rows, or names with their values.
-    fn table(&mut self, table: &Table) {
-        let rank = if table.is_fact {
-            Rank::Fact
-        } else {
-            Rank::Detail
-        };
+    /// A table of a result: its rows, of which those that there is room for are printed, or names with their values.
+    pub fn table(&mut self, table: &Table) {
+        let is_detail = !table.is_fact;
         if table.head.is_empty() {
             for row in &table.rows {
                 if let [name, value] = row.as_slice() {
-                    self.line(rank, name, value);
+                    self.line(is_detail, name, value);
                 }
             }
             return;
         }
-        if !table.is_fact && !table.title.is_empty() {
+        if is_detail && !table.title.is_empty() {
             let title = Part::Paragraph(table.title.clone());
-            self.parts.push((rank, title));
+            self.parts.push((is_detail, title));
         }
-        self.parts.push((rank, Part::Rows(table.clone())));
+        self.parts.push((is_detail, Part::Rows(table.clone())));
     }
 
-    fn line(&mut self, rank: Rank, name: &str, value: &str) {
+    pub fn line(&mut self, is_detail: bool, name: &str, value: &str) {
         let (name, value) = (name.to_owned(), value.to_owned());
-        self.parts.push((rank, Part::Line { name, value }));
-    }
-
-    /// A table, of which the rows that there is room for are printed.
-    pub fn rows(&mut self, table: Table) {
-        self.parts.push((Rank::Fact, Part::Rows(table)));
-    }
-
-    pub fn detailed_rows(&mut self, table: Table) {
-        self.parts.push((Rank::Detail, Part::Rows(table)));
+        self.parts.push((is_detail, Part::Line { name, value }));
     }
 
     /// A finding about the data and what to do about it.
@@ -149,12 +119,13 @@ impl Summary {
     }
 
     fn all_warnings(&self) -> Vec<(Tone, String)> {
-        let warnings = self.warnings.iter().flat_map(|[message, advice]| {
+        let pair = |[message, advice]: &[String; 2]| {
             [
                 (Tone::Warning, message.clone()),
                 (Tone::Help, advice.clone()),
             ]
-        });
+        };
+        let warnings = self.warnings.iter().flat_map(pair);
         warnings.filter(|(_, text)| !text.is_empty()).collect()
     }
 
@@ -167,7 +138,7 @@ impl Summary {
             .iter()
             .map(|[message, _]| lines_of(Tone::Warning, message, width));
         let reserved = messages.sum::<usize>().min(room / 2);
-        let facts = self.parts.iter().filter(|(rank, _)| *rank == Rank::Fact);
+        let facts = self.parts.iter().filter(|(is_detail, _)| !is_detail);
         for (_, part) in facts {
             let part = part.in_lines(width, room - reserved);
             room -= part.lines().count();
@@ -315,8 +286,8 @@ mod tests {
     fn long() -> Summary {
         let mut summary = Summary::new("run.npz", "it is so");
         for n in 0..20 {
-            summary.fact(&format!("fact {n}"), "a value");
-            summary.line(Rank::Detail, "detail", "a value");
+            summary.line(false, &format!("fact {n}"), "a value");
+            summary.line(true, "detail", "a value");
         }
         for n in 0..9 {
             summary.warning(&format!("finding {n}"), "what to do");
@@ -365,9 +336,12 @@ mod tests {
     #[test]
     fn a_long_table_is_cut() {
         let rows = (0..30).map(|n| vec![n.to_string(), "1".into()]);
-        let table = Table::of("", &["n", "value"], rows);
+        let table = Table {
+            is_fact: true,
+            ..Table::of("", &["n", "value"], rows)
+        };
         let mut summary = Summary::new("a", "b");
-        summary.rows(table);
+        summary.table(&table);
         let said = plain(&summary.cut(80));
         assert_eq!(said.lines().count(), MOST_LINES);
         assert!(said.ends_with("... 21 more lines: --verbose\n"), "{said}");

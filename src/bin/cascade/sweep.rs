@@ -1,52 +1,41 @@
 //! `cascade sweep`: a scene with varied keys, the runs, one table.
 
-use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use wavecascade::Error;
-use wavecascade::chain::scene::SceneSource;
 use wavecascade::plot::Style;
 use wavecascade::report::{Provenance, sheet_html, sweep_snippet, write_beside};
 use wavecascade::sheet::Describe;
 use wavecascade::sweep::{Part, Sweep, Swept, read};
 
-use crate::analyze::use_threads;
-use crate::budget::command;
 use crate::chain_args::SweepCommand;
-use crate::estimates::subject_of;
+use crate::described::subject_of;
 use crate::failure::Failure;
 use crate::present::open_page;
-use crate::progress::Progress;
+use crate::scene::{named_like, source_of};
 use crate::summary::Summary;
-use crate::terminal;
+use crate::terminal::print_json;
+use crate::words::as_text;
 
 /// Runs the command.
 pub fn run(typed: SweepCommand) -> Result<(), Failure> {
     let started = Instant::now();
-    use_threads(typed.how.threads.map(usize::from))?;
+    let progress = typed.how.begin()?;
     let out = typed
         .out
         .clone()
-        .unwrap_or_else(|| default_out(typed.scene.as_deref()));
+        .unwrap_or_else(|| named_like(typed.scene.as_deref(), "chains", "-sweep"));
     let standing = if typed.merge.is_empty() {
-        let source = match &typed.scene {
-            Some(path) => SceneSource::read(path)?,
-            None => SceneSource::default(),
-        };
+        let source = source_of(None, typed.scene.as_deref())?;
         let sweep = Sweep::new(source.with(typed.keys.settings.clone()), &typed.varied())?;
-        let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
         progress.begin_writing();
         let standing = sweep.run(&out, typed.part.unwrap_or(Part::WHOLE), &progress);
         progress.clear();
         standing?
     } else {
         if let Some(setting) = typed.keys.settings.first() {
-            return Err(Failure::Library(Error::Request {
-                option: "merge",
-                expected: "no keys of a scene: the directories hold theirs".into(),
-                found: setting.source.clone(),
-            }));
+            let expected = "no keys of a scene: the directories hold theirs";
+            return Err(Error::request("merge", expected, &setting.source).into());
         }
         Sweep::merge(&typed.merge, &out)?
     };
@@ -60,23 +49,14 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
     };
     if standing.table.is_some() {
         let input = typed.scene.as_ref().map(|path| path.display().to_string());
-        let provenance = Provenance::new(command(), input, None);
-        let page = sheet_html(&found, &sheet, &subject, &provenance, &Style::screen());
-        let page = page.map_err(std::io::Error::from)?;
+        let provenance = Provenance::new(as_text(), input, None);
+        let page = sheet_html(&found, &sheet, &subject, &provenance, &Style::screen())?;
         write_beside(&out, "report.html", page.as_bytes())?;
-        write_beside(
-            &out,
-            "summary.json",
-            sheet
-                .summary(&provenance)
-                .map_err(std::io::Error::from)?
-                .as_bytes(),
-        )?;
+        write_beside(&out, "summary.json", sheet.summary(&provenance)?.as_bytes())?;
         write_beside(&out, "plot.py", sweep_snippet(&found.request).as_bytes())?;
     }
     if typed.how.json {
-        let text = serde_json::to_string_pretty(&standing).map_err(std::io::Error::from)?;
-        writeln!(terminal::stdout(), "{text}")?;
+        print_json(&standing)?;
     } else if !typed.how.quiet {
         let mut summary = Summary::of(&subject, &sheet);
         let text = format!(
@@ -86,7 +66,7 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
             standing.computed,
             started.elapsed().as_secs_f64()
         );
-        summary.fact("members", &text);
+        summary.line(false, "members", &text);
         summary.last(&match &standing.table {
             Some(table) => {
                 let page = table.with_file_name("report.html");
@@ -104,13 +84,8 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
     }
     match standing.failed {
         0 => Ok(()),
-        failed => Err(Failure::Members(failed)),
+        failed => Err(Failure::Partly(format!(
+            "{failed} of the runs failed; the last column of the table says why"
+        ))),
     }
-}
-
-fn default_out(scene: Option<&Path>) -> PathBuf {
-    let stem = scene.and_then(Path::file_stem);
-    let mut name = stem.unwrap_or("chains".as_ref()).to_owned();
-    name.push("-sweep");
-    name.into()
 }

@@ -1,8 +1,11 @@
 //! What the program prints, and what a plan would do in words.
 
+use std::io::Write;
+
 use wavecascade::analyze::Plan;
 pub use wavecascade::sheet::{error_size, number};
 
+use crate::failure::Failure;
 pub use crate::text::{HEADING, Lines, Tone, message, paragraphs, stdout, styled, width, wrapped};
 
 /// What a plan would do, in lines of at most `width` columns.
@@ -52,6 +55,12 @@ pub fn plan(plan: &Plan, width: usize) -> String {
     );
     lines.line("threads", &plan.threads.to_string());
     lines.text
+}
+
+/// Prints a value as JSON on standard output.
+pub fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(value)?;
+    Ok(writeln!(stdout(), "{text}")?)
 }
 
 pub fn size(bytes: u64) -> String {

@@ -1,16 +1,18 @@
 //! `cascade triads`: which wavenumbers feed which, where the law is quadratic.
 
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use wavecascade::Error;
-use wavecascade::budget::{Motion, Triads as Found, TriadsRequest, chain_triads};
-use wavecascade::field::{file_hash, is_run_file};
+use wavecascade::budget::{Motion, TriadsRequest, chain_triads};
+use wavecascade::field::is_run_file;
 use wavecascade::observer::Observer;
 use wavecascade::report::RunFile;
 
-use crate::described::{self, ResultArgs};
+use crate::chain_args::How;
+use crate::described::{Describing, Found, Given, Publishing, ResultArgs};
 use crate::failure::Failure;
 use crate::parse;
 use crate::view_args::request_of;
@@ -32,34 +34,16 @@ pub struct Triads {
 }
 
 impl Triads {
-    /// The run of a file.
-    ///
-    /// # Errors
-    /// [`Error::Unfit`] for a file that is none.
-    pub fn read(&self) -> Result<RunFile, Error> {
+    fn read(&self) -> Result<RunFile, Error> {
         if self.run.is_file() && !is_run_file(&self.run)? {
             return Err(not_a_run(&self.run));
         }
         RunFile::read(&self.run)
     }
-
-    /// Of a run and its scene.
-    pub fn of_run(&self, file: &RunFile, observer: &dyn Observer) -> Result<Found, Error> {
-        let motion = Motion::of(&file.run)?;
-        let base = request_of(&file.setup);
-        let request = TriadsRequest {
-            window: self.window_samples.clone(),
-            units: base.units,
-            threads: self.result.how.threads.map(usize::from),
-            memory: self.memory,
-        };
-        let found = chain_triads(&motion, base.pitch, &request, observer);
-        found.map_err(|error| error.of_file(&self.run))
-    }
 }
 
 /// A field, whose law is not known.
-pub fn not_a_run(name: &std::path::Path) -> Error {
+pub fn not_a_run(name: &Path) -> Error {
     Error::Unfit {
         path: name.to_owned(),
         expected: "a run file of `cascade simulate`, whose law is known".into(),
@@ -67,14 +51,40 @@ pub fn not_a_run(name: &std::path::Path) -> Error {
     }
 }
 
-/// Runs the command.
-pub fn run(typed: &Triads) -> Result<(), Failure> {
-    let file = (&*typed.run, "npz");
-    typed.result.make(file, "triads", |progress| {
-        Ok(described::Found {
-            found: typed.of_run(&typed.read()?, progress)?,
-            hash: Some(file_hash(&typed.run)?),
-            beside: None,
-        })
-    })
+impl Describing for Triads {
+    fn name(&self) -> &'static str {
+        "triads"
+    }
+
+    fn how(&self) -> &How {
+        &self.result.how
+    }
+
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
+        let file = match given.run {
+            Some(run) => run,
+            None => Arc::new(self.read()?),
+        };
+        let motion = Motion::of(&file.run)?;
+        let base = request_of(&file.setup);
+        let request = TriadsRequest {
+            window: self.window_samples.clone(),
+            units: base.units,
+            threads: self.result.how.threads,
+            memory: self.memory,
+        };
+        Ok(Found::of(chain_triads(
+            &motion, base.pitch, &request, observer,
+        )?))
+    }
+}
+
+impl Publishing for Triads {
+    fn result(&self) -> &ResultArgs {
+        &self.result
+    }
+
+    fn files(&self) -> Result<(Vec<PathBuf>, &'static str), Failure> {
+        Ok((vec![self.run.clone()], "npz"))
+    }
 }

@@ -6,11 +6,11 @@ use clap::{Args, ValueEnum};
 use wavecascade::Error;
 use wavecascade::budget::{Budget, BudgetRequest, BudgetUnits, Filter, Integration, Views};
 use wavecascade::chain::scene::{Setup, Units};
-use wavecascade::measure::{Frequency, Length, Measure, Wavenumber, cycles_per};
+use wavecascade::measure::{Frequency, Length, Measure, Wavenumber};
 
 use crate::args::choice;
 use crate::parse;
-use crate::show_args::{of_axis, stated};
+use crate::show_args::AxisUnits;
 
 /// Options of the budgets.
 #[derive(Debug, Args)]
@@ -110,25 +110,19 @@ impl ViewArgs {
         sites: usize,
         base: BudgetRequest,
     ) -> Result<BudgetRequest, Error> {
-        let (time, length) = (base.units.time.as_deref(), base.units.length.as_deref());
-        let (frequency, wavenumber) = (
-            time.map(cycles_per),
-            length.map(|unit| format!("rad/{unit}")),
-        );
-        let scales = self
-            .scales
-            .iter()
-            .map(|scale| of_axis("scales", *scale, length));
-        let only = |view| self.only.is_empty() || self.only.contains(&view);
-        let whole = [0..samples, 0..sites];
-        let window = match (&self.window_samples, &self.window_sites) {
-            (None, None) => None,
-            (samples, sites) => {
-                let [all_samples, all_sites] = whole;
-                let samples = samples.clone().unwrap_or(all_samples);
-                Some([samples, sites.clone().unwrap_or(all_sites)])
-            }
+        let units = AxisUnits {
+            time: base.units.time.as_deref(),
+            length: base.units.length.as_deref(),
+            samples: None,
         };
+        let scales = self.scales.iter();
+        let scales = scales.map(|scale| units.number("scales", *scale));
+        let only = |view| self.only.is_empty() || self.only.contains(&view);
+        let is_window = self.window_samples.is_some() || self.window_sites.is_some();
+        let window = is_window.then(|| {
+            let samples = self.window_samples.clone().unwrap_or(0..samples);
+            [samples, self.window_sites.clone().unwrap_or(0..sites)]
+        });
         Ok(BudgetRequest {
             views: Views {
                 wavenumber: only(ViewArg::Wavenumber),
@@ -138,17 +132,10 @@ impl ViewArgs {
             normal_modes: self.modes,
             filter: self.filter.into(),
             scales: scales.collect::<Result<_, _>>()?,
-            map_scale: stated("map-scale", self.map_scale, length)?,
-            band_edge_frequency: stated(
-                "band-edge-frequency",
-                self.band_edge_frequency,
-                frequency.as_deref(),
-            )?,
-            band_edge_wavenumber: stated(
-                "band-edge-wavenumber",
-                self.band_edge_wavenumber,
-                wavenumber.as_deref(),
-            )?,
+            map_scale: units.stated("map-scale", self.map_scale)?,
+            band_edge_frequency: units.stated("band-edge-frequency", self.band_edge_frequency)?,
+            band_edge_wavenumber: units
+                .stated("band-edge-wavenumber", self.band_edge_wavenumber)?,
             window,
             between: self.between.clone(),
             integration: match self.from_samples {

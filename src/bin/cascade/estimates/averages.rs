@@ -8,15 +8,7 @@ use crate::args::{DetrendArg, GapsArg};
 use crate::parse;
 
 /// Options of averages that belong to the parts of a result, and not to what makes it of them.
-const OF_PARTS: [&str; 7] = [
-    "segment",
-    "overlap",
-    "window",
-    "multitaper",
-    "detrend",
-    "gaps",
-    "significance",
-];
+const OF_PARTS: &str = "segment overlap window multitaper detrend gaps significance";
 
 /// How a record gives several realisations, under one window.
 #[derive(Debug, Args)]
@@ -46,7 +38,7 @@ pub struct SegmentArgs {
 /// The same under one window or several tapers.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Averages")]
-#[command(group = ArgGroup::new("averaging").multiple(true).args(OF_PARTS))]
+#[command(group = ArgGroup::new("averaging").multiple(true).args(OF_PARTS.split(' ')))]
 pub struct AverageArgs {
     #[command(flatten)]
     pub segments: SegmentArgs,

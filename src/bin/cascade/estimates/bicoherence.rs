@@ -7,9 +7,10 @@ use wavecascade::observer::Observer;
 use wavecascade::sheet::{Describe, PlotRow, Sheet};
 use wavecascade::{Error, Field};
 
+use crate::described;
 use crate::estimates::averages::SegmentArgs;
 use crate::estimates::transfer::TransferArgs;
-use crate::estimates::{Computation, EstimateArgs, Typed};
+use crate::estimates::{Estimate, EstimateArgs};
 use crate::parse;
 
 /// What `cascade bicoherence` takes.
@@ -40,33 +41,30 @@ pub struct BicoherenceArgs {
 }
 
 /// What was found.
-pub struct Found {
+struct Found {
     bicoherence: Bicoherence,
     transfer: Option<Transfer>,
 }
 
-impl Typed for BicoherenceArgs {
-    type Found = Found;
-    const COMMAND: &'static str = "bicoherence";
+impl Estimate for BicoherenceArgs {
+    fn name(&self) -> &'static str {
+        "bicoherence"
+    }
 
     fn shared(&self) -> &EstimateArgs {
         &self.estimate
     }
 
-    fn computation(&self) -> Result<impl Computation<Found>, Error> {
-        Ok(|fields: &[&Field], observer: &dyn Observer| {
-            let first = fields.first();
-            let n_sites = first.map_or(0, |field| field.n_sites());
-            let unit = first.and_then(|field| field.time.unit.as_deref());
-            let of_transfer = self.transfer.request(self, unit)?;
-            Ok(Found {
-                bicoherence: bicoherence(fields, &self.request(n_sites), observer)?,
-                transfer: match of_transfer {
-                    Some(request) => Some(transfer(fields, &request, observer)?),
-                    None => None,
-                },
-            })
-        })
+    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<described::Found, Error> {
+        let first = fields.first().copied();
+        let of_transfer = self.transfer.request(self, first)?;
+        let request = self.request(first.map_or(0, Field::n_sites));
+        let bicoherence = bicoherence(fields, &request, observer)?;
+        let transfer = of_transfer.map(|request| transfer(fields, &request, observer));
+        Ok(described::Found::of(Found {
+            bicoherence,
+            transfer: transfer.transpose()?,
+        }))
     }
 }
 

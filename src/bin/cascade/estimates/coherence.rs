@@ -1,16 +1,14 @@
 //! `cascade coherence`: all sites of a field against a reference.
 
 use clap::Args;
-use wavecascade::estimates::{
-    Coherence as Found, CoherenceRequest, Combined, DividedRequest, coherence,
-};
+use wavecascade::estimates::{CoherenceRequest, DividedRequest, coherence};
 use wavecascade::observer::Observer;
 use wavecascade::{Error, Field};
 
+use crate::described::Found;
 use crate::estimates::averages::AverageArgs;
-use crate::estimates::parts::{self, InParts, PartArgs};
-use crate::estimates::{Computation, EstimateArgs, Typed};
-use crate::failure::Failure;
+use crate::estimates::parts::{InParts, PartArgs};
+use crate::estimates::{Estimate, EstimateArgs};
 
 /// What `cascade coherence` takes.
 #[derive(Debug, Args)]
@@ -34,25 +32,17 @@ pub struct Coherence {
     pub estimate: EstimateArgs,
 }
 
-impl Typed for Coherence {
-    type Found = Found;
-    const COMMAND: &'static str = "coherence";
+impl Estimate for Coherence {
+    fn name(&self) -> &'static str {
+        "coherence"
+    }
 
     fn shared(&self) -> &EstimateArgs {
         &self.estimate
     }
 
-    /// Or a part of it.
-    fn run(&self) -> Result<(), Failure> {
-        parts::run(self, |found| match found {
-            Combined::Coherence(found) => Some(*found),
-            _ => None,
-        })
-    }
-
-    fn computation(&self) -> Result<impl Computation<Found>, Error> {
-        let request = self.request();
-        Ok(move |fields: &[&Field], observer: &dyn Observer| coherence(fields, &request, observer))
+    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error> {
+        Ok(Found::of(coherence(fields, &self.request(), observer)?))
     }
 }
 

@@ -1,11 +1,12 @@
 //! `cascade increments`: structure functions and intermittency.
 
 use clap::Args;
-use wavecascade::estimates::{Increments as Found, IncrementsRequest, SIGNIFICANCE, increments};
+use wavecascade::estimates::{IncrementsRequest, SIGNIFICANCE, increments};
 use wavecascade::observer::Observer;
 use wavecascade::{Error, Field};
 
-use crate::estimates::{Computation, EstimateArgs, Typed};
+use crate::described::Found;
+use crate::estimates::{Estimate, EstimateArgs};
 use crate::parse;
 
 /// What `cascade increments` takes.
@@ -34,15 +35,16 @@ pub struct Increments {
     pub estimate: EstimateArgs,
 }
 
-impl Typed for Increments {
-    type Found = Found;
-    const COMMAND: &'static str = "increments";
+impl Estimate for Increments {
+    fn name(&self) -> &'static str {
+        "increments"
+    }
 
     fn shared(&self) -> &EstimateArgs {
         &self.estimate
     }
 
-    fn computation(&self) -> Result<impl Computation<Found>, Error> {
+    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error> {
         let request = IncrementsRequest {
             separations: self.separations.clone(),
             lags: self.lags.clone(),
@@ -53,10 +55,6 @@ impl Typed for Increments {
             threads: self.estimate.threads(),
             memory: self.estimate.memory,
         };
-        Ok(
-            move |fields: &[&Field], observer: &dyn Observer| {
-                increments(fields, &request, observer)
-            },
-        )
+        Ok(Found::of(increments(fields, &request, observer)?))
     }
 }

@@ -8,31 +8,24 @@ pub mod modes;
 pub mod parts;
 pub mod ridges;
 pub mod slope;
-pub mod spacetime;
 pub mod spectrum;
 pub mod transfer;
 
-use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use wavecascade::field::{FileState, OpenOptions};
 use wavecascade::observer::Observer;
 use wavecascade::prepare::{Examined, channel_findings};
-use wavecascade::report::{Provenance, ResultDirectory};
-use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
 
-use crate::analyze::{named_after, open_options, print_notes, use_threads};
 use crate::args::Input;
-use crate::budget::command;
 use crate::chain_args::How;
-use crate::described::Described;
+use crate::described::{self, Describing, Found, Given, Publishing, Reading, ResultArgs};
 use crate::failure::Failure;
 use crate::fields::expanded;
-use crate::figure_args::{Drawing, FigureArgs};
 use crate::parse;
-use crate::progress::Progress;
+
+use parts::InParts;
 
 /// The commands on estimates of fields.
 #[derive(Debug, Subcommand)]
@@ -87,61 +80,13 @@ pub enum EstimateCommand {
     Spectrum(Box<spectrum::Spectrum>),
 }
 
-/// What is done with the arguments of an estimate, whatever their type.
-pub trait OnEstimate {
-    type Done;
-
-    fn of<T: Typed + Sync>(self, typed: T) -> Self::Done
-    where
-        T::Found: Send + Sync + 'static;
-}
-
-impl EstimateCommand {
-    /// The one place that lists the types of arguments.
-    pub fn with<V: OnEstimate>(self, visitor: V) -> V::Done {
-        match self {
-            EstimateCommand::Bicoherence(typed) => visitor.of(*typed),
-            EstimateCommand::Coherence(typed) => visitor.of(*typed),
-            EstimateCommand::Increments(typed) => visitor.of(*typed),
-            EstimateCommand::Modes(typed) => visitor.of(*typed),
-            EstimateCommand::Ridges(typed) => visitor.of(*typed),
-            EstimateCommand::Slope(typed) => visitor.of(*typed),
-            EstimateCommand::Spectrum(typed) if typed.is_both() => {
-                visitor.of(spacetime::SpaceTime(*typed))
-            }
-            EstimateCommand::Spectrum(typed) => visitor.of(*typed),
-        }
-    }
-
-    /// Runs the command.
-    pub fn run(self) -> Result<(), Failure> {
-        struct Run;
-        impl OnEstimate for Run {
-            type Done = Result<(), Failure>;
-
-            fn of<T: Typed>(self, typed: T) -> Self::Done {
-                typed.run()
-            }
-        }
-        self.with(Run)
-    }
-}
-
-/// Where the result goes, and how it is made.
+/// What all commands on estimates take.
 #[derive(Debug, Args)]
 pub struct EstimateArgs {
     /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
     /// same sites, which are averaged.
     #[arg(required = true, value_name = "FIELD")]
     pub fields: Vec<PathBuf>,
-
-    /// Directory for the results; by default the field's name with the command's, here.
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-
-    /// Replace an existing result.
-    #[arg(long)]
-    pub force: bool,
 
     /// Working memory, such as 500MB or 2GiB [default: half of the free memory].
     #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
@@ -150,155 +95,108 @@ pub struct EstimateArgs {
     #[command(flatten)]
     pub input: Input,
     #[command(flatten)]
-    pub figures: FigureArgs,
-    #[command(flatten)]
-    pub how: How,
+    pub result: ResultArgs,
 }
 
 impl EstimateArgs {
     /// Worker threads; `None`: one a core.
     pub fn threads(&self) -> Option<usize> {
-        self.how.threads.map(usize::from)
+        self.result.how.threads
+    }
+
+    pub fn reading(&self) -> Reading<'_> {
+        Reading {
+            input: &self.input,
+            memory: self.memory,
+        }
     }
 }
 
-/// What is typed of a command on an estimate: for the program, and for functions on arrays.
-pub trait Typed {
-    type Found: Describe;
-
-    /// Name of the command: that of the file of arrays, and the end of the default directory.
-    const COMMAND: &'static str;
+/// What is typed of a command on an estimate.
+pub trait Estimate: Sync {
+    /// Name of the command.
+    fn name(&self) -> &'static str;
 
     fn shared(&self) -> &EstimateArgs;
 
-    /// What makes the estimate of the opened fields.
-    ///
-    /// # Errors
-    /// For what is missing, or contradicts itself, whatever the fields are.
-    fn computation(&self) -> Result<impl Computation<Self::Found>, Error>;
-
-    /// Runs the command.
-    fn run(&self) -> Result<(), Failure>
-    where
-        Self: Sized,
-    {
-        run(self)
-    }
-
-    /// Writes what stands beside the arrays to new files of `directory`.
-    fn write_beside(&self, _found: &Self::Found, _directory: &Path) -> Result<(), Error> {
+    /// What is missing, or contradicts itself, whatever the fields are.
+    fn check(&self) -> Result<(), Error> {
         Ok(())
     }
+
+    /// Makes the estimate of the opened fields.
+    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error>;
 }
 
-/// Makes an estimate of opened fields.
-pub trait Computation<E>: FnOnce(&[&Field], &dyn Observer) -> Result<E, Error> {}
+impl EstimateCommand {
+    /// The one place that lists the types of arguments.
+    fn typed(&self) -> &dyn Estimate {
+        match self {
+            EstimateCommand::Bicoherence(typed) => &**typed,
+            EstimateCommand::Coherence(typed) => &**typed,
+            EstimateCommand::Increments(typed) => &**typed,
+            EstimateCommand::Modes(typed) => &**typed,
+            EstimateCommand::Ridges(typed) => &**typed,
+            EstimateCommand::Slope(typed) => &**typed,
+            EstimateCommand::Spectrum(typed) => &**typed,
+        }
+    }
 
-impl<E, F: FnOnce(&[&Field], &dyn Observer) -> Result<E, Error>> Computation<E> for F {}
+    /// Those that are summed in parts.
+    pub fn in_parts(&self) -> Option<&dyn InParts> {
+        match self {
+            EstimateCommand::Coherence(typed) => Some(&**typed),
+            EstimateCommand::Spectrum(typed) => Some(&**typed),
+            _ => None,
+        }
+    }
 
-/// Where a result goes, and what it is called.
-pub struct Target<'a> {
-    pub out: &'a Path,
-    /// In titles.
-    pub name: &'a str,
-    /// Of the sentence that answers: the file.
-    pub subject: &'a str,
-    pub provenance: &'a Provenance,
-}
-
-/// The name of the first file, and how many there are beside it.
-pub fn subject_of(paths: &[PathBuf]) -> String {
-    let Some((first, others)) = paths.split_first() else {
-        return "field".into();
-    };
-    let name = first.file_name().unwrap_or(first.as_os_str());
-    let name = name.to_string_lossy().into_owned();
-    match others.len() {
-        0 => name,
-        others => format!("{name} and {others} more"),
+    /// Runs the command, or a part of it.
+    pub fn run(&self) -> Result<(), Failure> {
+        let in_parts = self.in_parts().and_then(parts::run);
+        in_parts.unwrap_or_else(|| described::run(self))
     }
 }
 
-/// Opens the fields, makes the estimate, and publishes it.
-pub fn run<T: Typed>(command_typed: &T) -> Result<(), Failure> {
-    let compute = command_typed.computation()?;
-    let typed = command_typed.shared();
-    let drawing = typed.figures.drawing()?;
-    let ending = format!("-{}", T::COMMAND);
-    let default = |first: &Path| named_after(first, "npy", &ending);
-    let (paths, out) = begin(typed, default)?;
-    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let fields = open(&paths, typed, true)?;
-    let all: Vec<&Field> = fields.iter().collect();
-    let found = compute(&all, &progress).map_err(|error| error.of_file(&paths[0]))?;
-    let found = Examined {
-        found,
-        channels: channel_findings(all[0], &progress)?,
-    };
-    let opened: Vec<FileState> = fields.iter().filter_map(Field::file_state).collect();
-    let hash = fields[0].content_hash.clone();
-    drop(fields);
-    progress.begin_writing();
-    opened.iter().try_for_each(FileState::check)?;
-    let input = paths[0].display().to_string();
-    let provenance = Provenance::new(command(), Some(input), hash);
-    let name = paths[0].file_stem().unwrap_or_default().to_string_lossy();
-    let target = Target {
-        out: &out,
-        name: &name,
-        subject: &subject_of(&paths),
-        provenance: &provenance,
-    };
-    publish(command_typed, &found, &target, &drawing, &progress)
-}
-
-/// The files of the fields, and the directory of the result, which is checked before any work.
-pub fn begin(
-    typed: &EstimateArgs,
-    default: impl FnOnce(&Path) -> PathBuf,
-) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
-    let paths = expanded(&typed.fields)?;
-    use_threads(typed.threads())?;
-    let out = typed.out.clone().unwrap_or_else(|| default(&paths[0]));
-    drop(ResultDirectory::create(&out, typed.force)?);
-    Ok((paths, out))
-}
-
-/// The fields, hashed if so.
-pub fn open(paths: &[PathBuf], typed: &EstimateArgs, hash: bool) -> Result<Vec<Field>, Failure> {
-    let options = OpenOptions {
-        hash,
-        ..open_options(&typed.input, typed.memory)
-    };
-    let mut fields = Vec::new();
-    for path in paths {
-        let field = Field::open(path, &options)?;
-        print_notes(&field, typed.how.quiet);
-        fields.push(field);
+impl Describing for EstimateCommand {
+    fn name(&self) -> &'static str {
+        self.typed().name()
     }
-    Ok(fields)
+
+    fn how(&self) -> &How {
+        &self.typed().shared().result.how
+    }
+
+    fn reading(&self) -> Option<Reading<'_>> {
+        Some(self.typed().shared().reading())
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        self.typed().check()
+    }
+
+    /// With what is wrong with the channels of the first field.
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
+        let Found { result, beside } = self.typed().find(given.fields, observer)?;
+        let first = given.fields.first();
+        let channels = first.map(|field| channel_findings(field, observer));
+        let examined = Examined {
+            found: result,
+            channels: channels.transpose()?.unwrap_or_default(),
+        };
+        Ok(Found {
+            result: Box::new(examined),
+            beside,
+        })
+    }
 }
 
-/// Writes what was found to the directory of the target, and prints it.
-pub fn publish<T: Typed>(
-    command_typed: &T,
-    found: &Examined<T::Found>,
-    target: &Target<'_>,
-    drawing: &Drawing,
-    progress: &Progress,
-) -> Result<(), Failure> {
-    let typed = command_typed.shared();
-    let sheet = found.describe();
-    let described = Described {
-        found,
-        sheet: &sheet,
-        name: target.name,
-        provenance: target.provenance,
-    };
-    let directory = ResultDirectory::create(target.out, typed.force)?;
-    let main = described.publish((directory, T::COMMAND), drawing, progress, |directory| {
-        command_typed.write_beside(&found.found, directory)
-    })?;
-    described.tell(target.subject, &typed.how, Some(&main))?;
-    drawing.present(&main)
+impl Publishing for EstimateCommand {
+    fn result(&self) -> &ResultArgs {
+        &self.typed().shared().result
+    }
+
+    fn files(&self) -> Result<(Vec<PathBuf>, &'static str), Failure> {
+        Ok((expanded(&self.typed().shared().fields)?, "npy"))
+    }
 }

@@ -1,12 +1,13 @@
 //! `cascade modes`: motions that are coherent along x, by frequency.
 
 use clap::Args;
-use wavecascade::estimates::{Modes as Found, ModesRequest, modes};
+use wavecascade::estimates::{ModesRequest, modes};
 use wavecascade::observer::Observer;
 use wavecascade::{Error, Field};
 
+use crate::described::Found;
 use crate::estimates::averages::AverageArgs;
-use crate::estimates::{Computation, EstimateArgs, Typed};
+use crate::estimates::{Estimate, EstimateArgs};
 
 /// What `cascade modes` takes.
 #[derive(Debug, Args)]
@@ -26,15 +27,16 @@ pub struct Modes {
     pub estimate: EstimateArgs,
 }
 
-impl Typed for Modes {
-    type Found = Found;
-    const COMMAND: &'static str = "modes";
+impl Estimate for Modes {
+    fn name(&self) -> &'static str {
+        "modes"
+    }
 
     fn shared(&self) -> &EstimateArgs {
         &self.estimate
     }
 
-    fn computation(&self) -> Result<impl Computation<Found>, Error> {
+    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error> {
         let request = ModesRequest {
             frequencies: self.frequencies.clone(),
             modes: self.modes,
@@ -44,6 +46,6 @@ impl Typed for Modes {
             threads: self.estimate.threads(),
             memory: self.estimate.memory,
         };
-        Ok(move |fields: &[&Field], observer: &dyn Observer| modes(fields, &request, observer))
+        Ok(Found::of(modes(fields, &request, observer)?))
     }
 }

@@ -1,24 +1,26 @@
 //! `--part` and `--merge`: an estimate summed in several processes.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use wavecascade::Error;
 use wavecascade::estimates::{Combination, Combined, DividedRequest, Part, PartialAbout, partial};
 use wavecascade::field::FileState;
-use wavecascade::prepare::Examined;
 use wavecascade::report::{
     PARTIAL_SCHEMA, Provenance, ResultDirectory, read_partial, read_partial_about, write_partial,
 };
+use wavecascade::sheet::Describe;
 
-use crate::analyze::{named_after, use_threads};
-use crate::budget::command;
-use crate::estimates::{self, Target, Typed};
+use crate::analyze::named_after;
+use crate::described::{AnyResult, Described, open, subject_of};
+use crate::estimates::Estimate;
 use crate::failure::Failure;
-use crate::progress::Progress;
+use crate::fields::expanded;
+use crate::parse;
 use crate::summary::Summary;
 use crate::terminal;
+use crate::words;
 
 /// How an estimate is divided among processes.
 #[derive(Debug, Args)]
@@ -26,7 +28,7 @@ use crate::terminal;
 pub struct PartArgs {
     /// Sum the I-th of N parts of the segments of all records, such as 3/64, and write a partial result; only
     /// the samples of these segments are read. There is no jackknife in parts.
-    #[arg(long, value_name = "I/N", value_parser = part)]
+    #[arg(long, value_name = "I/N", value_parser = parse::part_of_segments)]
     pub part: Option<Part>,
     /// Make the result of these directories, which `--part` has written: all parts, in any order, in `--memory`.
     #[arg(
@@ -39,18 +41,8 @@ pub struct PartArgs {
     pub merge: Vec<PathBuf>,
 }
 
-/// A part and their number.
-fn part(text: &str) -> Result<Part, String> {
-    let expected = "expected a part and their number, such as 3/64: from 1/64 to 64/64";
-    let (number, of) = text.split_once('/').ok_or(expected)?;
-    match (number.trim().parse(), of.trim().parse()) {
-        (Ok(number), Ok(of)) => Part::new(number, of).map_err(|_| expected.to_owned()),
-        _ => Err(expected.into()),
-    }
-}
-
 /// What is typed of an estimate that is summed in parts.
-pub trait InParts: Typed {
+pub trait InParts: Estimate {
     fn parts(&self) -> &PartArgs;
 
     /// What is summed.
@@ -72,59 +64,57 @@ struct PartSummary<'a> {
     about: &'a PartialAbout,
 }
 
-/// Runs a command, a part of it, or makes the result of all parts, which `choose` picks if it is that of the
-/// command.
-pub fn run<T: InParts>(
-    typed: &T,
-    choose: impl FnOnce(Combined) -> Option<T::Found>,
-) -> Result<(), Failure> {
+/// Sums a part, or makes the result of all parts, where one of them is typed.
+pub fn run(typed: &dyn InParts) -> Option<Result<(), Failure>> {
     let PartArgs { part, merge: all } = typed.parts();
     match part {
-        _ if !all.is_empty() => merge(typed, all, choose),
-        Some(part) => write(typed, *part),
-        None => estimates::run(typed),
+        _ if !all.is_empty() => Some(merge(typed, all)),
+        part => part.map(|part| write(typed, part)),
     }
 }
 
 /// Sums a part, and writes it.
-fn write<T: InParts>(typed: &T, part: Part) -> Result<(), Failure> {
-    let (command_line, typed) = (typed, typed.shared());
-    let ending = format!("-{}-{}-of-{}", T::COMMAND, part.number, part.of);
-    let (paths, out) = estimates::begin(typed, |first| named_after(first, "npy", &ending))?;
-    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let fields = estimates::open(&paths, typed, false)?;
+fn write(typed: &dyn InParts, part: Part) -> Result<(), Failure> {
+    let shared = typed.shared();
+    let result = &shared.result;
+    let progress = result.how.begin()?;
+    let paths = expanded(&shared.fields)?;
+    let ending = format!("-{}-{}-of-{}", typed.name(), part.number, part.of);
+    let out = result.out.clone();
+    let out = out.unwrap_or_else(|| named_after(&paths[0], "npy", &ending));
+    drop(ResultDirectory::create(&out, result.force)?);
+    let fields = open(&paths, shared.reading(), false, result.how.quiet)?;
     let all: Vec<_> = fields.iter().collect();
-    let request = command_line.divided()?;
-    let sums =
-        partial(&all, &request, part, &progress).map_err(|error| error.of_file(&paths[0]))?;
+    let sums = partial(&all, &typed.divided()?, part, &progress);
+    let sums = sums.map_err(|error| error.of_file(&paths[0]))?;
     let opened: Vec<FileState> = all.iter().filter_map(|field| field.file_state()).collect();
     drop(fields);
     progress.begin_writing();
-    let directory = ResultDirectory::create(&out, typed.force)?;
+    let directory = ResultDirectory::create(&out, result.force)?;
     opened.iter().try_for_each(FileState::check)?;
-    let provenance = Provenance::new(command(), Some(paths[0].display().to_string()), None);
+    let input = paths[0].display().to_string();
     let summary = PartSummary {
         schema: PARTIAL_SCHEMA,
-        provenance: &provenance,
+        provenance: &Provenance::new(words::as_text(), Some(input), None),
         about: &sums.about,
     };
-    let json = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
+    let json = serde_json::to_string_pretty(&summary)?;
     directory.write("summary.json", &json)?;
     write_partial(&directory.path().join(FILE), &sums)?;
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
-    if typed.how.json {
+    if result.how.json {
         writeln!(terminal::stdout(), "{json}")?;
-    } else if !typed.how.quiet {
+    } else if !result.how.quiet {
         let [from, end] = sums.about.range;
         let answer = format!(
             "part {part} is summed, segments {from} to {} of all records, counted from 0",
             end - 1
         );
-        let mut summary = Summary::new(&estimates::subject_of(&paths), &answer);
+        let mut summary = Summary::new(&subject_of(&paths), &answer);
         summary.last(&format!("wrote {}", published.join(FILE).display()));
-        summary.print(typed.how.detail.verbose)?;
+        summary.print(result.how.detail.verbose)?;
     }
     Ok(())
 }
@@ -137,20 +127,23 @@ fn file(directory: &Path) -> PathBuf {
     }
 }
 
-/// Makes the result of all parts in the memory allowed, which `choose` picks if it is that of this command.
-fn merge<T: InParts>(
-    command_line: &T,
-    directories: &[PathBuf],
-    choose: impl FnOnce(Combined) -> Option<T::Found>,
-) -> Result<(), Failure> {
-    let typed = command_line.shared();
-    let drawing = typed.figures.drawing()?;
-    use_threads(typed.threads())?;
-    let Some(out) = &typed.out else {
+/// The result of all parts, whatever it is.
+pub fn any(combined: Combined) -> AnyResult {
+    match combined {
+        Combined::Spectrum(found) => found,
+        Combined::Coherence(found) => found,
+    }
+}
+
+/// Makes the result of all parts in the memory allowed.
+fn merge(typed: &dyn InParts, directories: &[PathBuf]) -> Result<(), Failure> {
+    let result = &typed.shared().result;
+    let drawing = result.figures.drawing(None)?;
+    let progress = result.how.begin()?;
+    let Some(out) = &result.out else {
         return Ok(());
     };
-    drop(ResultDirectory::create(out, typed.force)?);
-    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
+    drop(ResultDirectory::create(out, result.force)?);
     let about = |directory: &PathBuf| -> Result<(String, PartialAbout), Error> {
         let about = read_partial_about(&file(directory))?;
         Ok((directory.display().to_string(), about))
@@ -158,30 +151,26 @@ fn merge<T: InParts>(
     let parts: Result<Vec<_>, Error> = directories.iter().map(about).collect();
     let parts = parts?;
     let fields = parts[0].1.fields.clone();
-    let (mut combination, order) = Combination::new(parts, typed.memory)?;
+    let (mut combination, order) = Combination::new(parts, typed.shared().memory)?;
     for at in order {
         progress.check()?;
         combination.add(&read_partial(&file(&directories[at]))?)?;
     }
-    let Some(found) = choose(combination.finish()?) else {
-        return Err(Failure::Library(Error::Request {
-            option: "merge",
-            expected: format!("parts of `cascade {}`", T::COMMAND),
-            found: "those of another command".into(),
-        }));
+    let found = any(combination.finish()?);
+    let sheet = found.describe();
+    if sheet.name != typed.name() {
+        let expected = format!("parts of `cascade {}`", typed.name());
+        return Err(Error::request("merge", expected, "those of another command").into());
+    }
+    let described = Described {
+        found: &*found,
+        sheet: &sheet,
+        name: fields.first().map_or("field", String::as_str),
+        provenance: &Provenance::new(words::as_text(), Some(fields.join(", ")), None),
     };
-    let name = fields.first().map_or("field", String::as_str);
-    let provenance = Provenance::new(command(), Some(fields.join(", ")), None);
     let files: Vec<PathBuf> = fields.iter().map(PathBuf::from).collect();
-    let target = Target {
-        out,
-        name,
-        subject: &estimates::subject_of(&files),
-        provenance: &provenance,
-    };
-    let found = Examined {
-        found,
-        channels: Vec::new(),
-    };
-    estimates::publish(command_line, &found, &target, &drawing, &progress)
+    let directory = ResultDirectory::create(out, result.force)?;
+    let main = described.publish((directory, typed.name()), &drawing, &progress, |_| Ok(()))?;
+    described.tell(&subject_of(&files), &result.how, Some(&main))?;
+    drawing.present(&main)
 }

@@ -1,15 +1,14 @@
 //! `cascade ridges`: dispersion read off S(k, f).
 
-use std::path::Path;
-
 use clap::Args;
 use wavecascade::observer::Observer;
 use wavecascade::prepare::Window;
-use wavecascade::ridges::{RidgeCut, RidgeLaw, Ridges as Found, RidgesRequest, ridges};
+use wavecascade::ridges::{RidgeCut, RidgeLaw, RidgesRequest, ridges};
 use wavecascade::{Error, Field};
 
 use crate::args::{DetrendArg, GapsArg, choice};
-use crate::estimates::{Computation, EstimateArgs, Typed};
+use crate::described::Found;
+use crate::estimates::{Estimate, EstimateArgs};
 use crate::parse;
 
 /// What `cascade ridges` takes.
@@ -76,17 +75,27 @@ choice!(
     }
 );
 
-impl Typed for Ridges {
-    type Found = Found;
-    const COMMAND: &'static str = "ridges";
+impl Ridges {
+    fn laws(&self) -> Result<Vec<RidgeLaw>, Error> {
+        self.fit.iter().map(|text| RidgeLaw::parse(text)).collect()
+    }
+}
+
+impl Estimate for Ridges {
+    fn name(&self) -> &'static str {
+        "ridges"
+    }
 
     fn shared(&self) -> &EstimateArgs {
         &self.estimate
     }
 
-    fn computation(&self) -> Result<impl Computation<Found>, Error> {
+    fn check(&self) -> Result<(), Error> {
+        self.laws().map(|_| ())
+    }
+
+    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error> {
         let search = &self.search;
-        let laws = self.fit.iter().map(|text| RidgeLaw::parse(text));
         let request = RidgesRequest {
             segment: search.segment,
             overlap: parse::overlap_of(search.overlap, search.segment),
@@ -98,19 +107,14 @@ impl Typed for Ridges {
             alpha: search.significance,
             range: search.range,
             fewest: search.points,
-            laws: laws.collect::<Result<_, Error>>()?,
+            laws: self.laws()?,
             threads: self.estimate.threads(),
             memory: self.estimate.memory,
         };
-        Ok(move |fields: &[&Field], observer: &dyn Observer| ridges(fields, &request, observer))
-    }
-
-    fn write_beside(&self, found: &Found, directory: &Path) -> Result<(), Error> {
-        let path = directory.join("ridges.csv");
-        std::fs::write(&path, found.csv()).map_err(|source| Error::Write {
-            path,
-            action: "write",
-            source,
+        let found = ridges(fields, &request, observer)?;
+        Ok(Found {
+            beside: Some(("ridges.csv", found.csv())),
+            ..Found::of(found)
         })
     }
 }

@@ -1,18 +1,19 @@
 //! `cascade spectrum`: power spectral densities of all sites, with intervals.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use wavecascade::estimates::{
-    Averaging, Combined, DividedRequest, SpaceTimeRequest, SpectrumAxis, SpectrumEstimate,
-    SpectrumRequest, Tapers, spectrum,
+    Averaging, DividedRequest, SpaceTimeRequest, SpectrumAxis, SpectrumRequest, Tapers, spacetime,
+    spectrum,
 };
 use wavecascade::observer::Observer;
 use wavecascade::prepare::Window;
 use wavecascade::{Error, Field};
 
+use crate::args::choice;
+use crate::described::Found;
 use crate::estimates::averages::AverageArgs;
-use crate::estimates::parts::{self, InParts, PartArgs};
-use crate::estimates::{Computation, EstimateArgs, Typed};
-use crate::failure::Failure;
+use crate::estimates::parts::{InParts, PartArgs};
+use crate::estimates::{Estimate, EstimateArgs};
 use crate::parse;
 
 /// What `cascade spectrum` takes.
@@ -69,13 +70,14 @@ pub struct Spectrum {
     pub estimate: EstimateArgs,
 }
 
-/// The axis of the records.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum AlongArg {
-    Time,
-    Space,
-    Both,
-}
+choice!(
+    /// The axis of the records.
+    AlongArg => Option<SpectrumAxis> {
+        Time => Some(SpectrumAxis::Time),
+        Space => Some(SpectrumAxis::Space),
+        Both => None,
+    }
+);
 
 impl Spectrum {
     fn averaging(&self) -> Averaging {
@@ -89,7 +91,7 @@ impl Spectrum {
     }
 
     /// The request of `--along both`.
-    pub fn of_both(&self) -> SpaceTimeRequest {
+    fn of_both(&self) -> SpaceTimeRequest {
         SpaceTimeRequest {
             averaging: self.averaging(),
             is_whole: self.periodogram,
@@ -107,29 +109,8 @@ impl Spectrum {
         }
     }
 
-    fn axis(&self) -> Option<SpectrumAxis> {
-        match self.along {
-            AlongArg::Time => Some(SpectrumAxis::Time),
-            AlongArg::Space => Some(SpectrumAxis::Space),
-            AlongArg::Both => None,
-        }
-    }
-
-    /// Whether spectra are taken along both axes.
-    pub fn is_both(&self) -> bool {
-        self.axis().is_none()
-    }
-
-    fn request(&self) -> Result<SpectrumRequest, Error> {
-        self.check()?;
-        let Some(along) = self.axis() else {
-            return Err(Error::Request {
-                option: "along",
-                expected: "one axis".into(),
-                found: "both".into(),
-            });
-        };
-        Ok(SpectrumRequest {
+    fn request(&self, along: SpectrumAxis) -> SpectrumRequest {
+        SpectrumRequest {
             along,
             averaging: self.averaging(),
             is_whole: self.periodogram,
@@ -140,12 +121,22 @@ impl Spectrum {
             alpha: self.averages.segments.significance,
             threads: self.estimate.threads(),
             memory: self.estimate.memory,
-        })
+        }
+    }
+}
+
+impl Estimate for Spectrum {
+    fn name(&self) -> &'static str {
+        "spectrum"
+    }
+
+    fn shared(&self) -> &EstimateArgs {
+        &self.estimate
     }
 
     /// That spectra from which noise is subtracted are of one axis.
-    pub fn check(&self) -> Result<(), Error> {
-        match self.is_both() && self.subtract_noise {
+    fn check(&self) -> Result<(), Error> {
+        match self.subtract_noise && self.along == AlongArg::Both {
             true => Err(Error::request(
                 "subtract-noise",
                 "it with spectra along one axis",
@@ -154,27 +145,12 @@ impl Spectrum {
             false => Ok(()),
         }
     }
-}
 
-impl Typed for Spectrum {
-    type Found = SpectrumEstimate;
-    const COMMAND: &'static str = "spectrum";
-
-    fn shared(&self) -> &EstimateArgs {
-        &self.estimate
-    }
-
-    /// Or a part of it.
-    fn run(&self) -> Result<(), Failure> {
-        parts::run(self, |found| match found {
-            Combined::Spectrum(found) => Some(*found),
-            Combined::Coherence(_) => None,
+    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error> {
+        Ok(match self.along.into() {
+            Some(along) => Found::of(spectrum(fields, &self.request(along), observer)?),
+            None => Found::of(spacetime(fields, &self.of_both(), observer)?),
         })
-    }
-
-    fn computation(&self) -> Result<impl Computation<SpectrumEstimate>, Error> {
-        let request = self.request()?;
-        Ok(move |fields: &[&Field], observer: &dyn Observer| spectrum(fields, &request, observer))
     }
 }
 
@@ -185,9 +161,11 @@ impl InParts for Spectrum {
 
     /// Parts have no jackknife, and one axis.
     fn divided(&self) -> Result<DividedRequest, Error> {
+        let along: Option<SpectrumAxis> = self.along.into();
+        let along = along.ok_or_else(|| Error::request("along", "one axis", "both"))?;
         let request = SpectrumRequest {
             has_jackknife: false,
-            ..self.request()?
+            ..self.request(along)
         };
         Ok(request.into())
     }

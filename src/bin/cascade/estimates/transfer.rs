@@ -1,13 +1,13 @@
 //! The linear and quadratic transfer between two sites, beside a bicoherence.
 
 use clap::Args;
-use wavecascade::Error;
 use wavecascade::estimates::TransferRequest;
-use wavecascade::measure::{Frequency, Measure, cycles_per};
+use wavecascade::measure::{Frequency, Measure};
+use wavecascade::{Error, Field};
 
 use crate::estimates::bicoherence::BicoherenceArgs;
 use crate::parse;
-use crate::show_args::of_axis;
+use crate::show_args::AxisUnits;
 
 /// Which transfer is fitted.
 #[derive(Debug, Args)]
@@ -37,20 +37,17 @@ pub struct TransferArgs {
 }
 
 impl TransferArgs {
-    /// What is requested beside a bicoherence, of a field with times in this unit.
+    /// What is requested beside a bicoherence, of a field.
     ///
     /// # Errors
     /// For a frequency in a unit that the field does not have.
     pub fn request(
         &self,
         typed: &BicoherenceArgs,
-        unit: Option<&str>,
+        field: Option<&Field>,
     ) -> Result<Option<TransferRequest>, Error> {
-        let unit = unit.map(cycles_per);
-        let highest = self
-            .highest
-            .map(|highest| of_axis("highest", highest, unit.as_deref()));
-        let highest = highest.transpose()?;
+        let units = field.map(AxisUnits::of).unwrap_or_default();
+        let highest = units.stated("highest", self.highest)?;
         Ok(self.transfer.map(|to| TransferRequest {
             from: typed.site,
             to,

@@ -1,6 +1,6 @@
-//! The commands on estimates: fields to arrays with their summary.
+//! The commands whose result is described: fields, scenes and runs to arrays with their summary.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -9,10 +9,11 @@ use wavecascade::Field;
 use wavecascade::arrays::Precision;
 use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
-use wavecascade::prepare::{Examined, channel_findings};
 use wavecascade::report::{Provenance, sheet_html};
 use wavecascade::sheet::{Describe, Warning};
 
+use super::analysis::on_threads;
+use super::chains::Run;
 use super::faults::{self, keywords};
 use super::kept::Kept;
 use super::page::Page;
@@ -20,64 +21,60 @@ use super::samples::{Opener, Source};
 use super::typed::{command, provenance};
 use super::watch;
 use crate::args::Command;
-use crate::estimates::{OnEstimate, Typed};
+use crate::described::{AnyResult, Describing, Given, stem_of};
 use crate::failure::Failure;
 use crate::fields::expanded;
+use crate::triads::not_a_run;
 
-/// The estimate that the words name, of one or several fields: arrays with labels, `summary` in JSON,
-/// `warnings`.
+/// What the command that the words name finds of fields, of the text of a scene and of a run, which stand for files among
+/// the words: arrays with labels, `csv`, `summary` in JSON, `warnings`, `page`.
 #[pyfunction]
-#[pyo3(signature = (sources, words, progress=None))]
-pub fn estimate<'py>(
+#[pyo3(signature = (words, progress=None, sources=Vec::new(), scene=None, run=None))]
+pub fn found<'py>(
     py: Python<'py>,
-    sources: Vec<Source>,
     words: Vec<String>,
     progress: Option<Bound<'py, PyAny>>,
+    sources: Vec<Source>,
+    scene: Option<String>,
+    run: Option<Bound<'py, Run>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let from = sources.first().map_or(faults::From::Memory, Source::from);
-    let openers = sources.iter().map(Source::opener).collect();
-    let call = Call {
-        py,
-        from,
-        openers,
-        words: &words,
-        progress,
+    let typed = command(&words)?;
+    let typed: &dyn Describing = match &typed {
+        Command::Attenuate(typed) => &**typed,
+        Command::Compare(typed) => &**typed,
+        Command::Design(typed) => &**typed,
+        Command::Estimate(typed) => typed,
+        Command::Fit(typed) => &**typed,
+        Command::Localize(typed) => &**typed,
+        Command::Plan(typed) => &**typed,
+        Command::Triads(typed) => &**typed,
+        _ => {
+            let text = format!("expected the words of a command with a result, found {words:?}");
+            return Err(PyValueError::new_err(text));
+        }
     };
-    match command(&words)? {
-        Command::Estimate(typed) => typed.with(call),
-        _ => Err(PyValueError::new_err(format!(
-            "expected the words of an estimate, found {words:?}"
-        ))),
-    }
+    let from = sources.first().map_or(faults::From::Files, Source::from);
+    let openers = sources.iter().map(Source::opener).collect();
+    let run = run.map(|run| run.get().file());
+    let work = |observer: &dyn Observer| {
+        let given = Given {
+            scene,
+            run,
+            ..Given::default()
+        };
+        made(typed, openers, given, &words, observer)
+    };
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let done = done.map_err(|error| faults::of_failure(py, error, from))?;
+    done.into_python(py)
 }
 
-struct Call<'py, 'a> {
-    py: Python<'py>,
-    from: faults::From,
-    openers: Vec<Opener>,
-    words: &'a [String],
-    progress: Option<Bound<'py, PyAny>>,
-}
-
-impl<'py> OnEstimate for Call<'py, '_> {
-    type Done = PyResult<Bound<'py, PyDict>>;
-
-    fn of<T: Typed + Sync>(self, typed: T) -> PyResult<Bound<'py, PyDict>>
-    where
-        T::Found: Send + Sync + 'static,
-    {
-        let (py, words, openers) = (self.py, self.words, self.openers);
-        let work = |observer: &dyn Observer| made(&typed, openers, words, observer);
-        let done = watch::run(py, self.progress.as_ref(), work)?;
-        let done = done.map_err(|error| faults::of_failure(py, error, self.from))?;
-        done.into_python(py)
-    }
-}
-
-/// What an estimate found, on its way to Python.
+/// What a command found, on its way to Python.
 pub struct Made {
     command: &'static str,
     arrays: Kept,
+    /// Its table, in CSV.
+    records: Option<String>,
     summary: String,
     /// Of the fields as they were read.
     doubts: Vec<(String, String)>,
@@ -86,31 +83,30 @@ pub struct Made {
 }
 
 impl Made {
-    pub fn new<D: Describe + Send + Sync + 'static>(
+    pub fn new(
         command: &'static str,
-        found: D,
+        found: AnyResult,
         name: &str,
         provenance: Provenance,
     ) -> Result<Made, Failure> {
         let arrays = Kept::new(Precision::F64);
         let sheet = found.describe();
         sheet.write_to(&arrays)?;
-        let summary = sheet.summary(&provenance).map_err(std::io::Error::from)?;
+        let has_records = !sheet.records.head.is_empty();
+        let records = has_records.then(|| sheet.records.to_csv()).transpose();
+        let records = records.map_err(std::io::Error::other)?;
+        let summary = sheet.summary(&provenance)?;
         let warnings = sheet.warnings;
         let name = name.to_owned();
         Ok(Made {
             command,
             arrays,
+            records,
             summary,
             doubts: Vec::new(),
             page: Page::new(move || {
-                sheet_html(
-                    &found,
-                    &found.describe(),
-                    &name,
-                    &provenance,
-                    &Style::screen(),
-                )
+                let sheet = found.describe();
+                sheet_html(&*found, &sheet, &name, &provenance, &Style::screen())
             }),
             warnings,
         })
@@ -118,6 +114,7 @@ impl Made {
 
     pub fn into_python(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let out = self.arrays.into_python(py)?;
+        out.set_item("csv", self.records)?;
         out.set_item("summary", self.summary)?;
         let of_fields = self.doubts.iter();
         let of_fields = of_fields.map(|(text, help)| ("field", text, help));
@@ -146,45 +143,48 @@ pub fn each_field(openers: Vec<Opener>) -> Result<Vec<Opener>, Failure> {
     Ok(all)
 }
 
-/// Opens the fields and makes the estimate.
-fn made<T: Typed>(
-    typed: &T,
+/// Opens the fields, where the command is of fields, and makes the result.
+fn made(
+    typed: &dyn Describing,
     openers: Vec<Opener>,
+    given: Given,
     words: &[String],
     observer: &dyn Observer,
-) -> Result<Made, Failure>
-where
-    T::Found: Send + Sync + 'static,
-{
-    let compute = typed.computation()?;
+) -> Result<Made, Failure> {
+    typed.check()?;
     let all = each_field(openers)?;
     let path: Option<PathBuf> = all.first().and_then(Opener::path);
-    let name = path.clone();
-    let name = name.unwrap_or_else(|| Path::new("field").to_owned());
-    let input = &typed.shared().input;
-    let open = |opener: Opener| opener.open(input, typed.shared().memory, None);
-    let fields = all.into_iter().map(open);
-    let fields: Vec<Field> = fields.collect::<Result<_, _>>()?;
-    let doubts = fields.iter().flat_map(|field| &field.notes);
+    let name = path.clone().unwrap_or_else(|| "field".into());
+    let fields = match typed.reading() {
+        Some(reading) => {
+            let open = |opener: Opener| opener.open(reading.input, reading.memory, None);
+            all.into_iter().map(open).collect::<Result<_, _>>()?
+        }
+        None if !all.is_empty() && path.is_none() => {
+            return Err(Failure::Library(not_a_run(&name)));
+        }
+        None => Vec::new(),
+    };
+    let doubts = fields.iter().flat_map(|field: &Field| &field.notes);
     let doubts = doubts.filter(|note| note.is_doubtful()).map(|note| {
         let advice = note.advice().unwrap_or_default();
         (note.message(), advice.to_owned())
     });
     let doubts = doubts.collect();
     let opened: Vec<&Field> = fields.iter().collect();
-    let found = compute(&opened, observer).map_err(|error| error.of_file(&name))?;
-    let first = opened
-        .first()
-        .map(|field| channel_findings(field, observer));
-    let channels = first.transpose()?.unwrap_or_default();
-    let found = Examined { found, channels };
+    let given = Given {
+        fields: &opened,
+        ..given
+    };
+    let found = on_threads(typed.how().threads, || typed.find(given, observer));
+    let found = found.map_err(|error| error.of_file(&name))?;
     fields.iter().try_for_each(Field::check_unchanged)?;
+    let title = path.as_deref().map_or(typed.name().to_owned(), stem_of);
     let input = path.map(|path| path.display().to_string());
-    let named = name.file_stem().unwrap_or_default().to_string_lossy();
     let hash = fields.first().and_then(|field| field.content_hash.clone());
     let provenance = Provenance::new(provenance(words), input, hash);
     Ok(Made {
         doubts,
-        ..Made::new(T::COMMAND, found, &named, provenance)?
+        ..Made::new(typed.name(), found.result, &title, provenance)?
     })
 }
