@@ -53,7 +53,7 @@ pub use result::{
     BranchBudget, Budget, Closure, Curves, Direction, Identities, IntegratedFluxCheck, Integration,
     LargestPassage, Residual, ScaleBudget, WavenumberBudget,
 };
-pub use tendency::{Burgers, Tendency, TendencyBudget, tendency_budget};
+pub use tendency::{Tendency, TendencyBudget, tendency_budget};
 pub use triads::{Locality, QuadraticLaw, TriadIdentities, Triads, TriadsRequest, chain_triads};
 pub use units::BudgetUnits;
 
