@@ -82,7 +82,7 @@ impl Scales<'_> {
         let acceleration = self.contacts.accelerations(at, state);
         let contacts = self.contacts.offset..self.contacts.len();
         let apart = [at.x, at.v, &acceleration].map(|values| -> Vec<f64> {
-            let apart = |i| self.contacts.apart(i, values);
+            let apart = |i| self.contacts.contact(i).across(values, 0.0);
             contacts.clone().map(apart).collect()
         });
         let [a, b, c] = &apart;

@@ -42,8 +42,10 @@ impl Chain {
     /// compressed, and for more than 2000 bodies and resonators.
     pub fn normal_modes(&self) -> Result<NormalModes> {
         let n = self.n_sites();
-        let contacts = || self.left_contact().into_iter().chain(self.contacts());
-        if !contacts().all(|contact| contact.has_linear_limit()) {
+        if !self
+            .all_contacts()
+            .all(|contact| contact.has_linear_limit())
+        {
             let expected = "a chain with linear small motion: one with precompression, or of a law that pulls, too";
             return Err(refuse("mode", expected, "contacts that only touch"));
         }
@@ -57,7 +59,10 @@ impl Chain {
             let expected = "at most 2000 bodies and resonators for modes";
             return Err(refuse("mode", expected, places));
         }
-        if contacts().any(|contact| contact.stiffness(0.0) < 0.0) {
+        if self
+            .all_contacts()
+            .any(|contact| contact.stiffness(0.0) < 0.0)
+        {
             let expected = "a chain that is stable at rest, for modes";
             return Err(refuse("mode", expected, "contacts of negative stiffness"));
         }
@@ -78,17 +83,14 @@ impl Chain {
                 add(a, b, value);
             }
         }
-        for (j, contact) in self.contacts().enumerate() {
+        for contact in self.contacts().chain(self.left_contact()) {
             let k = contact.stiffness(0.0);
-            add(j, j, k);
-            if let Some(right) = self.right_site(j) {
-                add(right, right, k);
-                add(j, right, -k);
-                add(right, j, -k);
+            let sides = || contact.sites.into_iter().enumerate();
+            for ((a, left), (b, right)) in sides().flat_map(|a| sides().map(move |b| (a, b))) {
+                if let (Some(i), Some(j)) = (left, right) {
+                    add(i, j, if a == b { k } else { -k });
+                }
             }
-        }
-        if let Some(contact) = self.left_contact() {
-            add(0, 0, contact.stiffness(0.0));
         }
         let found = eigen(&matrix);
         let most = found.values.first().copied().unwrap_or(0.0);
