@@ -18,6 +18,9 @@ mod tableau;
 
 use std::ops::Range;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::lattice::{Chain, Ends};
 use super::law::{self, Kernel, Law};
 use super::simulation::Simulation;
@@ -31,21 +34,11 @@ pub(crate) use driver::{Extreme, contact_time, stopping_time};
 pub use islands::SteppedSites;
 pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State, first_contact};
 use system::{System, resonator_place};
-pub(crate) use tableau::{MOST_STAGES, Tableau, Weights};
+pub(crate) use tableau::{MOST_STAGES, Tableau, Weights, integral_of_lagrange};
 use tableau::{SYMPLECTIC_4, SYMPLECTIC_6, VERLET};
 
 /// An integration method.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Default,
-    serde::Serialize,
-    serde::Deserialize,
-    schemars::JsonSchema,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// Embedded Nystrom pair 8(6), corrected where contacts open and close; no damping.
@@ -108,7 +101,7 @@ pub enum StepControl {
 }
 
 /// What the stepping did.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cost {
     pub steps: u64,
     pub rejected_steps: u64,
