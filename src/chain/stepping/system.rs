@@ -262,16 +262,13 @@ impl<K: Kernel> System<K> {
     /// Damping force of contact s, of excess overlap r, that closes with this speed.
     #[inline(always)]
     pub(super) fn damping(&self, s: usize, r: f64, closing: f64) -> f64 {
-        let Losses {
-            dashpot, tangent, ..
-        } = self.losses;
-        let (c, d0) = (self.coefficient[s], self.static_overlap[s]);
+        let (losses, c, d0) = (self.losses, self.coefficient[s], self.static_overlap[s]);
         if c == 0.0 {
             return 0.0;
         }
         let closed = d0 + r > 0.0 || self.opens[s] == 0.0;
-        let dashpot = if closed { dashpot } else { 0.0 };
-        (dashpot + tangent * self.kernel.stiffness(s, c, d0, r)) * closing
+        let dashpot = if closed { losses.dashpot } else { 0.0 };
+        (dashpot + losses.tangent * self.kernel.stiffness(s, c, d0, r)) * closing
     }
 
     /// Force of contact s at time t, damping included, and the damping alone.
