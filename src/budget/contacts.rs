@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::motion::{ChainState, Motion};
-use crate::chain::{Chain, Contact, Drive, Ends, Law, hertz_energies, hertz_roots};
+use super::motion::Motion;
+use crate::chain::{Chain, Contact, Drive, Ends, Law, NodeState, hertz_energies, hertz_roots};
 use crate::error::{Error, Result};
 
 /// What rounding makes of energies, relative to the largest.
@@ -115,7 +115,7 @@ impl<'a> Contacts<'a> {
     }
 
     /// Accelerations of the sites by the contacts of `state`, drag, the ground, resonators and the external force.
-    pub(super) fn accelerations(&self, at: ChainState, state: &ContactState) -> Vec<f64> {
+    pub(super) fn accelerations(&self, at: NodeState, state: &ContactState) -> Vec<f64> {
         let forces = state.elastic.iter().zip(&state.damping);
         let force: Vec<f64> = forces.map(|(elastic, damping)| elastic + damping).collect();
         let masses = self.chain.mass.iter().enumerate();
@@ -127,7 +127,7 @@ impl<'a> Contacts<'a> {
     }
 
     /// Force on site j towards -x by drag, the ground and a resonator.
-    pub(super) fn pull(&self, j: usize, at: ChainState) -> f64 {
+    pub(super) fn pull(&self, j: usize, at: NodeState) -> f64 {
         let [y, w] = at.resonators;
         let own = y.get(j).zip(w.get(j)).map(|(y, w)| [*y, *w]);
         self.chain.pull(j, [at.x[j], at.v[j]], own)
@@ -141,7 +141,7 @@ impl<'a> Contacts<'a> {
     }
 
     /// Fills `state` from the motion at one time.
-    pub(super) fn evaluate(&self, at: ChainState, state: &mut ContactState) {
+    pub(super) fn evaluate(&self, at: NodeState, state: &mut ContactState) {
         self.evaluate_some(0..self.len(), at, state);
         state.push = self.drive.map_or(0.0, |drive| {
             let site = drive.site();
@@ -154,8 +154,8 @@ impl<'a> Contacts<'a> {
     }
 
     /// The same for a range of contacts, from the first of which rows then begin, without the external force.
-    fn evaluate_some(&self, some: Range<usize>, at: ChainState, state: &mut ContactState) {
-        let ChainState { t, x, v, .. } = at;
+    fn evaluate_some(&self, some: Range<usize>, at: NodeState, state: &mut ContactState) {
+        let NodeState { t, x, v, .. } = at;
         for row in [
             &mut state.overlap,
             &mut state.closing,
@@ -214,7 +214,7 @@ impl<'a> Contacts<'a> {
             self.evaluate(at, &mut state);
             largest = state.energy.iter().fold(largest, |a, b| a.max(b.abs()));
             let springs = ground.into_iter().flat_map(|ground| {
-                let energy = move |(j, x): (usize, &f64)| (j, ground.energy(j, *x));
+                let energy = move |(j, x): (usize, &f64)| (j, ground.spring(j).energy(*x));
                 at.x.iter().enumerate().map(energy)
             });
             let springs = springs.map(|(j, energy)| ("the ground's spring at site", j, energy));
@@ -266,7 +266,7 @@ impl<'a> Contacts<'a> {
     pub(super) fn forces_and_speeds(
         &self,
         some: Range<usize>,
-        at: ChainState,
+        at: NodeState,
         state: &mut ContactState,
     ) -> impl Iterator<Item = [f64; 2]> {
         let some = some.start + self.offset..some.end + self.offset;

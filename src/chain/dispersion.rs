@@ -105,7 +105,11 @@ impl UnitCell {
         }
         let none = || vec![0.0; chain.n_sites()];
         let ground = chain.on_site.ground.as_ref();
-        let ground = ground.map(|all| (0..chain.n_sites()).map(|j| all.stiffness(j)).collect());
+        let ground = ground.map(|all| {
+            (0..chain.n_sites())
+                .map(|j| all.spring(j).stiffness(0.0))
+                .collect()
+        });
         let (own, tie) = match chain.resonators() {
             Some(all) => (all.mass.clone(), all.stiffness.clone()),
             None => (none(), none()),

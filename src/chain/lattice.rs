@@ -118,24 +118,14 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// Force of the spring of site j at a displacement x, towards -x.
-    pub(crate) fn force(&self, j: usize, x: f64) -> f64 {
-        self.law.of(j).force(self.coefficient[j], 0.0, x)
-    }
-
-    /// Its energy there.
-    pub(crate) fn energy(&self, j: usize, x: f64) -> f64 {
-        self.law.of(j).energy(self.coefficient[j], 0.0, x)
-    }
-
-    /// As [`Law::root_energy`].
-    pub(crate) fn root_energy(&self, j: usize, x: f64) -> (f64, f64) {
-        self.law.of(j).root_energy(self.coefficient[j], 0.0, x)
-    }
-
-    /// Its stiffness at rest.
-    pub(crate) fn stiffness(&self, j: usize) -> f64 {
-        self.law.of(j).stiffness(self.coefficient[j], 0.0, 0.0)
+    /// The spring of site j, towards -x where the site is ahead.
+    pub(crate) fn spring(&self, j: usize) -> Contact<'_> {
+        Contact {
+            law: self.law.of(j),
+            coefficient: self.coefficient[j],
+            static_overlap: 0.0,
+            sites: [Some(j), None],
+        }
     }
 }
 
@@ -232,6 +222,13 @@ impl Chain {
         self.left_contact().into_iter().chain(self.contacts())
     }
 
+    /// All springs: the contacts, that with a wall before site 0 behind them, and those to the ground.
+    pub(crate) fn springs(&self) -> impl Iterator<Item = Contact<'_>> {
+        let ground = self.on_site.ground.iter();
+        let ground = ground.flat_map(|all| (0..self.n_sites()).map(|j| all.spring(j)));
+        self.contacts().chain(self.left_contact()).chain(ground)
+    }
+
     /// Contact j.
     pub(crate) fn contact(&self, j: usize) -> Contact<'_> {
         self.pressed(j, self.static_force(j))
@@ -302,7 +299,7 @@ impl Chain {
     /// Force on body j towards -x by drag, the ground and its resonator, at displacement and velocity of both.
     pub(crate) fn pull(&self, j: usize, [x, v]: [f64; 2], resonator: Option<[f64; 2]>) -> f64 {
         let ground = self.on_site.ground.as_ref();
-        let held = ground.map_or(0.0, |ground| ground.force(j, x));
+        let held = ground.map_or(0.0, |ground| ground.spring(j).force(x));
         let resonator = match (self.resonators(), resonator) {
             (Some(all), Some([y, w])) => all.force(j, y - x, w - v),
             _ => 0.0,
@@ -324,19 +321,14 @@ impl Chain {
         for (j, energy) in out.iter_mut().enumerate() {
             *energy = 0.5 * self.mass[j] * velocity[j] * velocity[j];
         }
-        for contact in self.contacts().chain(self.left_contact()) {
-            let energy = contact.energy(contact.across(displacement, wall));
-            match contact.sites {
+        for spring in self.springs() {
+            let energy = spring.energy(spring.across(displacement, wall));
+            match spring.sites {
                 [Some(left), Some(right)] => {
                     out[left] += 0.5 * energy;
                     out[right] += 0.5 * energy;
                 }
                 [left, right] => left.or(right).into_iter().for_each(|j| out[j] += energy),
-            }
-        }
-        if let Some(ground) = &self.on_site.ground {
-            for (j, (energy, x)) in out.iter_mut().zip(displacement).enumerate() {
-                *energy += ground.energy(j, *x);
             }
         }
     }
@@ -347,17 +339,10 @@ impl Chain {
         !driven && !self.is_lossy() && self.ends != Ends::Periodic
     }
 
-    /// Magnitudes of the energies of all contacts, added up; a wall before site 0 is at rest.
+    /// Magnitudes of the energies of all springs, added up; a wall before site 0 is at rest.
     pub(super) fn stored_energy(&self, displacement: &[f64]) -> f64 {
-        let contacts = self.contacts().chain(self.left_contact());
-        let energy = contacts.map(|of| of.energy(of.across(displacement, 0.0)));
-        let sum: f64 = energy.map(f64::abs).sum();
-        let ground = self.on_site.ground.as_ref();
-        let held = |ground: &Ground| -> f64 {
-            let sites = displacement.iter().enumerate();
-            sites.map(|(j, x)| ground.energy(j, *x).abs()).sum()
-        };
-        sum + ground.map_or(0.0, held)
+        let energy = |of: Contact| of.energy(of.across(displacement, 0.0)).abs();
+        self.springs().map(energy).sum()
     }
 
     /// Total energy beyond the static state without that of resonators; `wall` as for [`Chain::site_energies`].

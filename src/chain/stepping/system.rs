@@ -173,7 +173,7 @@ impl<K: Kernel> System<K> {
     /// Force of the ground on the site at place s, towards -x.
     pub(super) fn held(&self, s: usize, x: f64) -> f64 {
         match (&self.ground, s.checked_sub(FIRST_SITE)) {
-            (Some(ground), Some(j)) if j < self.sites => ground.force(j, x),
+            (Some(ground), Some(j)) if j < self.sites => ground.spring(j).force(x),
             _ => 0.0,
         }
     }
