@@ -34,7 +34,7 @@ pub(crate) use driver::{Extreme, contact_time, stopping_time};
 pub use islands::SteppedSites;
 pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State, first_contact};
 use system::{System, resonator_place};
-pub(crate) use tableau::{MOST_STAGES, Tableau, Weights, integral_of_lagrange};
+pub(crate) use tableau::{MOST_STAGES, Tableau, Weights};
 use tableau::{SYMPLECTIC_4, SYMPLECTIC_6, VERLET};
 
 /// An integration method.
