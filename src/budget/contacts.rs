@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::motion::{ChainState, Motion};
-use crate::chain::{Chain, Contact, Drive, Ends, Law, hertz_energies, hertz_roots};
+use super::motion::Motion;
+use crate::chain::{Chain, Contact, Drive, Ends, Law, NodeState, hertz_energies, hertz_roots};
 use crate::error::{Error, Result};
 
 /// What rounding makes of energies, relative to the largest.
@@ -16,8 +16,8 @@ pub(super) struct Contacts<'a> {
     drive: Option<&'a Drive>,
     /// 1 with a wall before site 0, else 0.
     pub(super) offset: usize,
+    each: Vec<Contact<'a>>,
     coefficient: Vec<f64>,
-    static_overlap: Vec<f64>,
 }
 
 /// State of the contacts at one instant; each row has one value per contact.
@@ -48,30 +48,22 @@ const ABOVE_REST: &str = "`frequency` or `scale`, since energy by wavenumber nee
 impl<'a> Contacts<'a> {
     pub(super) fn of(motion: &Motion<'a>) -> Contacts<'a> {
         let chain = motion.chain;
-        let left = chain.left_contact();
-        let all = || left.into_iter().chain(chain.contacts());
+        let each: Vec<Contact> = chain.all_contacts().collect();
         Contacts {
             chain,
             drive: motion.drive,
-            offset: usize::from(left.is_some()),
-            static_overlap: all().map(|contact| contact.static_overlap).collect(),
-            coefficient: all().map(|contact| contact.coefficient).collect(),
+            offset: usize::from(chain.has_left_wall()),
+            coefficient: each.iter().map(|contact| contact.coefficient).collect(),
+            each,
         }
     }
 
     pub(super) fn len(&self) -> usize {
-        self.coefficient.len()
+        self.each.len()
     }
 
     pub(super) fn contact(&self, i: usize) -> Contact<'a> {
-        Contact {
-            law: match i.checked_sub(self.offset) {
-                Some(j) => self.chain.law.of(j),
-                None => self.chain.law.before_first(),
-            },
-            coefficient: self.coefficient[i],
-            static_overlap: self.static_overlap[i],
-        }
+        self.each[i]
     }
 
     /// Whether all contacts are Hertz's and just touch, so that whole rows are computed at once.
@@ -94,14 +86,7 @@ impl<'a> Contacts<'a> {
 
     /// The sites that contact i joins, `None` for a wall.
     pub(super) fn sites(&self, i: usize) -> [Option<usize>; 2] {
-        let n = self.chain.n_sites();
-        let right = i + 1 - self.offset;
-        let right = match self.chain.ends {
-            _ if right < n => Some(right),
-            Ends::Periodic => Some(0),
-            _ => None,
-        };
-        [i.checked_sub(self.offset), right]
+        self.each[i].sites
     }
 
     /// Force on site j from these contact forces.
@@ -129,14 +114,8 @@ impl<'a> Contacts<'a> {
         }
     }
 
-    /// Difference of `values` across contact i, left minus right; 0 at walls.
-    pub(super) fn apart(&self, i: usize, values: &[f64]) -> f64 {
-        let [left, right] = self.sites(i).map(|site| site.map_or(0.0, |j| values[j]));
-        left - right
-    }
-
     /// Accelerations of the sites by the contacts of `state`, drag, the ground, resonators and the external force.
-    pub(super) fn accelerations(&self, at: ChainState, state: &ContactState) -> Vec<f64> {
+    pub(super) fn accelerations(&self, at: NodeState, state: &ContactState) -> Vec<f64> {
         let forces = state.elastic.iter().zip(&state.damping);
         let force: Vec<f64> = forces.map(|(elastic, damping)| elastic + damping).collect();
         let masses = self.chain.mass.iter().enumerate();
@@ -148,25 +127,21 @@ impl<'a> Contacts<'a> {
     }
 
     /// Force on site j towards -x by drag, the ground and a resonator.
-    pub(super) fn pull(&self, j: usize, at: ChainState) -> f64 {
-        let (x, v) = (at.x, at.v);
-        let ground = self.chain.on_site.ground.as_ref();
-        let held = ground.map_or(0.0, |ground| ground.force(j, x[j]));
-        let resonator = match (self.chain.resonators(), at.resonators) {
-            (Some(all), [y, w]) if j < y.len() => all.force(j, y[j] - x[j], w[j] - v[j]),
-            _ => 0.0,
-        };
-        self.chain.losses.drag * v[j] + held - resonator
+    pub(super) fn pull(&self, j: usize, at: NodeState) -> f64 {
+        let [y, w] = at.resonators;
+        let own = y.get(j).zip(w.get(j)).map(|(y, w)| [*y, *w]);
+        self.chain.pull(j, [at.x[j], at.v[j]], own)
     }
 
     /// Overlap beyond the static one at which contact i opens; `None` if it cannot open.
     pub(super) fn opens_at(&self, i: usize) -> Option<f64> {
-        let one_sided = self.contact(i).law.is_one_sided();
-        one_sided.then_some(-self.static_overlap[i])
+        let contact = self.each[i];
+        let one_sided = contact.law.is_one_sided();
+        one_sided.then_some(-contact.static_overlap)
     }
 
     /// Fills `state` from the motion at one time.
-    pub(super) fn evaluate(&self, at: ChainState, state: &mut ContactState) {
+    pub(super) fn evaluate(&self, at: NodeState, state: &mut ContactState) {
         self.evaluate_some(0..self.len(), at, state);
         state.push = self.drive.map_or(0.0, |drive| {
             let site = drive.site();
@@ -179,8 +154,8 @@ impl<'a> Contacts<'a> {
     }
 
     /// The same for a range of contacts, from the first of which rows then begin, without the external force.
-    fn evaluate_some(&self, some: Range<usize>, at: ChainState, state: &mut ContactState) {
-        let ChainState { t, x, v, .. } = at;
+    fn evaluate_some(&self, some: Range<usize>, at: NodeState, state: &mut ContactState) {
+        let NodeState { t, x, v, .. } = at;
         for row in [
             &mut state.overlap,
             &mut state.closing,
@@ -209,12 +184,9 @@ impl<'a> Contacts<'a> {
             }
         }
         for i in (some.start..inner.start).chain(inner.end..some.end) {
-            let [left, right] = self.sites(i);
-            let at =
-                |site: Option<usize>, values: &[f64], wall: f64| site.map_or(wall, |j| values[j]);
-            // A wall on the right is fixed.
-            state.overlap[i - some.start] = at(left, x, wall) - at(right, x, 0.0);
-            state.closing[i - some.start] = at(left, v, wall_velocity) - at(right, v, 0.0);
+            let contact = self.each[i];
+            state.overlap[i - some.start] = contact.across(x, wall);
+            state.closing[i - some.start] = contact.across(v, wall_velocity);
         }
         let out = [&mut state.elastic[..], &mut state.energy];
         self.forces_and_energies(some.clone(), &state.overlap, out);
@@ -242,7 +214,7 @@ impl<'a> Contacts<'a> {
             self.evaluate(at, &mut state);
             largest = state.energy.iter().fold(largest, |a, b| a.max(b.abs()));
             let springs = ground.into_iter().flat_map(|ground| {
-                let energy = move |(j, x): (usize, &f64)| (j, ground.energy(j, *x));
+                let energy = move |(j, x): (usize, &f64)| (j, ground.spring(j).energy(*x));
                 at.x.iter().enumerate().map(energy)
             });
             let springs = springs.map(|(j, energy)| ("the ground's spring at site", j, energy));
@@ -294,7 +266,7 @@ impl<'a> Contacts<'a> {
     pub(super) fn forces_and_speeds(
         &self,
         some: Range<usize>,
-        at: ChainState,
+        at: NodeState,
         state: &mut ContactState,
     ) -> impl Iterator<Item = [f64; 2]> {
         let some = some.start + self.offset..some.end + self.offset;
@@ -307,14 +279,9 @@ impl<'a> Contacts<'a> {
             })
     }
 
-    /// Force of contact i, including damping, at an overlap beyond the static one and its rate.
-    pub(super) fn total_force(&self, i: usize, r: f64, closing: f64) -> f64 {
-        self.contact(i).force(r) + self.chain.damping(self.contact(i), r, closing)
-    }
-
     /// Whether waves of small amplitude about the static state are linear.
     pub(super) fn has_linear_limit(&self) -> bool {
-        (0..self.len()).all(|i| self.contact(i).has_linear_limit())
+        self.each.iter().all(Contact::has_linear_limit)
     }
 
     pub(super) fn chain(&self) -> &'a Chain {

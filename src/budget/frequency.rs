@@ -24,7 +24,6 @@ use super::contacts::{ContactState, Contacts};
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::Budget;
-use super::stepped::instant;
 use super::wavenumber::dot;
 use crate::arrays::LargeArray;
 use crate::chain::{NodeState, Simulation};
@@ -315,9 +314,8 @@ pub(super) fn refine(
         .collect();
     let mut state = ContactState::default();
     let mut keep = |place: NodeState, followed: &[f64]| {
-        let at = instant(0.0, place);
         for ((j, [force, speed]), passed) in chosen.iter().zip(&mut records).zip(&mut passed) {
-            for [here, mean] in contacts.forces_and_speeds(*j..j + 1, at, &mut state) {
+            for [here, mean] in contacts.forces_and_speeds(*j..j + 1, place, &mut state) {
                 force.push(here);
                 speed.push(mean);
             }

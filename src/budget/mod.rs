@@ -54,7 +54,7 @@ pub use result::{
     LargestPassage, Residual, ScaleBudget, WavenumberBudget,
 };
 pub use sheet::ComparedBudgets;
-pub use tendency::{Burgers, Tendency, TendencyBudget, tendency_budget};
+pub use tendency::{Tendency, TendencyBudget, tendency_budget};
 pub use triads::{Locality, QuadraticLaw, TriadIdentities, Triads, TriadsRequest, chain_triads};
 pub use units::BudgetUnits;
 

@@ -2,7 +2,7 @@
 
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis};
 
-use crate::chain::{Chain, Drive, Run};
+use crate::chain::{Chain, Drive, NodeState, Run};
 use crate::error::{Error, Result};
 
 /// The motion of a chain, `(time, site)`: velocities alone have no exact budget, since the energy
@@ -53,9 +53,9 @@ impl<'a> Motion<'a> {
     }
 
     /// The chain at sample i.
-    pub(super) fn at(&self, i: usize) -> ChainState<'a> {
+    pub(super) fn at(&self, i: usize) -> NodeState<'a> {
         let row = |array: ArrayView2<'a, f64>| array.index_axis_move(Axis(0), i).to_slice();
-        ChainState {
+        NodeState {
             t: self.time[i],
             // Rows are contiguous, as `check` ensures.
             x: row(self.displacement).unwrap_or_default(),
@@ -132,14 +132,4 @@ impl<'a> Motion<'a> {
         }
         Ok(())
     }
-}
-
-/// A chain at one time.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct ChainState<'a> {
-    pub(super) t: f64,
-    pub(super) x: &'a [f64],
-    pub(super) v: &'a [f64],
-    /// Those of resonators; empty without.
-    pub(super) resonators: [&'a [f64]; 2],
 }

@@ -8,8 +8,8 @@ use std::ops::Range;
 
 use super::balance::{RunningBalance, add};
 use super::contacts::{ContactState, Contacts};
-use super::motion::{ChainState, Motion};
-use crate::chain::Ends;
+use super::motion::Motion;
+use crate::chain::{Ends, NodeState};
 
 /// Energies and rates at one instant.
 #[derive(Debug, Clone, Default)]
@@ -31,7 +31,7 @@ pub(super) struct SiteTerms {
 
 impl SiteTerms {
     /// Those of this instant, with its contacts.
-    pub(super) fn evaluate(&mut self, contacts: &Contacts, at: ChainState, state: &ContactState) {
+    pub(super) fn evaluate(&mut self, contacts: &Contacts, at: NodeState, state: &ContactState) {
         let chain = contacts.chain();
         let (m, offset) = (chain.n_contacts(), contacts.offset);
         let (energy, loss, flux) = (&mut self.energy, &mut self.loss, &mut self.flux);
@@ -42,7 +42,7 @@ impl SiteTerms {
         self.contact = crate::numeric::sum(&state.energy);
         if let Some(ground) = &chain.on_site.ground {
             let held = at.x.iter().enumerate();
-            let held: Vec<f64> = held.map(|(j, x)| ground.energy(j, *x)).collect();
+            let held: Vec<f64> = held.map(|(j, x)| ground.spring(j).energy(*x)).collect();
             self.contact += crate::numeric::sum(&held);
             add(energy, 1.0, &held);
         }

@@ -3,10 +3,9 @@
 use std::ops::Range;
 
 use super::contacts::ContactState;
-use super::motion::ChainState;
 use super::scale::{PlannedFilter, Scales};
 use super::sublattices::Filtered;
-use crate::chain::Ends;
+use crate::chain::{Ends, NodeState};
 use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 
 /// Scratch of one thread.
@@ -36,7 +35,7 @@ pub(super) struct ScaleTerms {
 
 impl Scales<'_> {
     /// Transforms the state of one instant, for [`Scales::terms`] at every scale.
-    pub(super) fn load(&self, at: ChainState, scratch: &mut ScaleScratch) {
+    pub(super) fn load(&self, at: NodeState, scratch: &mut ScaleScratch) {
         let (state, [force, push, ground]) = (&mut scratch.contacts, &mut scratch.at_places);
         self.contacts.evaluate(at, state);
         let inside = self.contacts.offset..;
@@ -61,7 +60,7 @@ impl Scales<'_> {
         }
         if let Some(springs) = &chain.on_site.ground {
             ground.clear();
-            ground.extend((0..).zip(at.x).map(|(j, x)| springs.force(j, *x)));
+            ground.extend((0..).zip(at.x).map(|(j, x)| springs.spring(j).force(*x)));
             kinds.push(ground);
         }
         if chain.resonators().is_some() {
@@ -74,7 +73,7 @@ impl Scales<'_> {
     pub(super) fn overlaps(
         &self,
         planned: &PlannedFilter,
-        at: ChainState,
+        at: NodeState,
         scratch: &mut ScaleScratch,
     ) -> [Vec<f64>; 3] {
         let (state, rows) = (&mut scratch.contacts, &mut scratch.rows);
@@ -82,7 +81,7 @@ impl Scales<'_> {
         let acceleration = self.contacts.accelerations(at, state);
         let contacts = self.contacts.offset..self.contacts.len();
         let apart = [at.x, at.v, &acceleration].map(|values| -> Vec<f64> {
-            let apart = |i| self.contacts.apart(i, values);
+            let apart = |i| self.contacts.contact(i).across(values, 0.0);
             contacts.clone().map(apart).collect()
         });
         let [a, b, c] = &apart;
@@ -164,8 +163,8 @@ impl Scales<'_> {
                 *rate += push * speed[j];
             }
             if let Some(springs) = &on_site.ground {
-                *energy += springs.energy(j, x[j]);
-                *rate -= (ground[j] - springs.force(j, x[j])) * speed[j];
+                *energy += springs.spring(j).energy(x[j]);
+                *rate -= (ground[j] - springs.spring(j).force(x[j])) * speed[j];
             }
             if let Some(all) = &on_site.resonators {
                 let [y, w] = resonators;
@@ -175,7 +174,7 @@ impl Scales<'_> {
         }
         if let Some(springs) = &on_site.ground {
             // Half of what the spring of a site takes counts at either contact.
-            let taken = |j: usize| (ground[j] - springs.force(j, x[j])) * speed[j];
+            let taken = |j: usize| (ground[j] - springs.spring(j).force(x[j])) * speed[j];
             for (flux, j) in flux.iter_mut().zip(planned.contacts.clone()) {
                 *flux += 0.5 * (taken(j) + taken(right_of(j)));
             }

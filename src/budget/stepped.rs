@@ -7,7 +7,7 @@ use super::balance::{GivenRate, Passage, RunningBalance, worst_of};
 use super::filter::ScaleOf;
 use super::frequency;
 use super::modes::{Basis, Modes};
-use super::motion::{ChainState, Motion};
+use super::motion::Motion;
 use super::result::{Budget, Integration};
 use super::scale::{PlannedFilter, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
@@ -213,7 +213,7 @@ impl Followed<'_, '_> {
         places.par_iter_mut().with_min_len(ALONE).for_each_init(
             scratch,
             |(of_spectra, of_scales), place| {
-                let at = ChainState {
+                let at = NodeState {
                     t: motion.time[0] + place.t,
                     x: &place.x,
                     v: &place.v,
@@ -273,7 +273,11 @@ impl NodeVisitor for Followed<'_, '_> {
         let (scales, planned) = (scale.scales, scale.planned);
         let (h, t0) = (to.t - from.t, self.motion.time[0]);
         let [start, end] = [from, to]
-            .map(|place| scales.overlaps(planned, instant(t0, place), &mut scale.scratch));
+            .map(|place| NodeState {
+                t: t0 + place.t,
+                ..place
+            })
+            .map(|place| scales.overlaps(planned, place, &mut scale.scratch));
         let (contacts, offset) = (scales.contacts, scales.contacts.offset);
         let mut cusps = Vec::new();
         for j in planned.contacts.clone() {
@@ -297,15 +301,5 @@ impl NodeVisitor for Followed<'_, '_> {
             }
         }
         cusps
-    }
-}
-
-/// The chain at a place whose time counts from `start`.
-pub(super) fn instant(start: f64, place: NodeState<'_>) -> ChainState<'_> {
-    ChainState {
-        t: start + place.t,
-        x: place.x,
-        v: place.v,
-        resonators: place.resonators,
     }
 }

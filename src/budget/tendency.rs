@@ -11,10 +11,7 @@
 //! E sums to the mean of `u^2 / 2`. The conservative part c exchanges energy between wavenumbers,
 //! `sum T = 0`; the dissipative part d removes it, `D < 0`.
 
-use std::f64::consts::PI;
-use std::sync::Arc;
-
-use column_fft::{ComplexToReal, RealToComplex, rows};
+use column_fft::RealToComplex;
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -149,100 +146,10 @@ fn check(u: ArrayView2<f64>, [t0, dt]: [f64; 2], length: f64) -> Result<()> {
         return Err(Error::request("t0", "a finite time", t0));
     }
     for (option, value) in [("dt", dt), ("length", length)] {
-        check_least(option, value, f64::MIN_POSITIVE, "a positive number")?;
+        let is_one = value > 0.0 && value.is_finite();
+        Error::require(is_one, option, "a positive number", value)?;
     }
     Ok(())
-}
-
-fn check_least(option: &'static str, value: f64, least: f64, expected: &str) -> Result<()> {
-    match value >= least && value.is_finite() {
-        true => Ok(()),
-        false => Err(Error::request(option, expected, value)),
-    }
-}
-
-/// Burgers' equation `u_t + u u_x = nu u_xx`: `c = - (u^2 / 2)_x`, `d = nu u_xx`.
-///
-/// Products are computed on a grid with 3/2 times the points, so that c is free of aliasing.
-///
-/// Source: S. A. Orszag, *On the elimination of aliasing in finite-difference schemes by filtering
-/// high-wavenumber components*, J. Atmos. Sci. 28 (1971) 1074 (the 3/2 rule).
-pub struct Burgers {
-    viscosity: f64,
-    length: f64,
-    forward: Arc<dyn RealToComplex<f64>>,
-    backward: Arc<dyn ComplexToReal<f64>>,
-    fine_forward: Arc<dyn RealToComplex<f64>>,
-    fine_backward: Arc<dyn ComplexToReal<f64>>,
-}
-
-impl std::fmt::Debug for Burgers {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Burgers")
-            .field("viscosity", &self.viscosity)
-            .field("length", &self.length)
-            .field("places", &self.forward.len())
-            .finish_non_exhaustive()
-    }
-}
-
-impl Burgers {
-    /// On a grid of `places` points over a period `length`.
-    ///
-    /// # Errors
-    /// [`Error::Request`] for fewer than three points, a length that is not positive, or a negative
-    /// viscosity.
-    pub fn new(viscosity: f64, length: f64, places: usize) -> Result<Burgers> {
-        if places < 3 {
-            return Err(Error::request("places", "3 or more", places));
-        }
-        check_least("viscosity", viscosity, 0.0, "0 or more")?;
-        check_least("length", length, f64::MIN_POSITIVE, "a positive number")?;
-        let fine = (3 * places).div_ceil(2);
-        Ok(Burgers {
-            viscosity,
-            length,
-            forward: rows::plan_fft_forward(places),
-            backward: rows::plan_fft_inverse(places),
-            fine_forward: rows::plan_fft_forward(fine),
-            fine_backward: rows::plan_fft_inverse(fine),
-        })
-    }
-}
-
-impl Tendency for Burgers {
-    fn evaluate(&self, _: f64, u: &[f64], conservative: &mut [f64], dissipative: &mut [f64]) {
-        let (n, fine) = (self.forward.len(), self.fine_forward.len());
-        let step = 2.0 * PI / self.length;
-        let mut spectrum = forward(&*self.forward, u);
-        let nyquist = (n % 2 == 0).then_some(n / 2);
-
-        let mut padded = vec![Complex::default(); fine / 2 + 1];
-        for (m, z) in spectrum.iter().enumerate() {
-            // The Nyquist component has no phase, so it is left out.
-            if Some(m) != nyquist {
-                padded[m] = z / n as f64;
-            }
-        }
-        let mut product = vec![0.0; fine];
-        backward(&*self.fine_backward, &mut padded, &mut product);
-        for value in &mut product {
-            *value = -0.5 * value.powi(2);
-        }
-        let squares = forward(&*self.fine_forward, &product);
-        let mut slope: Vec<Complex<f64>> = (0..spectrum.len())
-            .map(|m| Complex::new(0.0, step * m as f64) * squares[m] / fine as f64)
-            .collect();
-        if let Some(nyquist) = nyquist {
-            slope[nyquist] = Complex::default();
-        }
-        backward(&*self.backward, &mut slope, conservative);
-
-        for (m, z) in spectrum.iter_mut().enumerate() {
-            *z *= -self.viscosity * (step * m as f64).powi(2) / n as f64;
-        }
-        backward(&*self.backward, &mut spectrum, dissipative);
-    }
 }
 
 /// The transform of a row.
@@ -252,15 +159,4 @@ pub(super) fn forward(plan: &dyn RealToComplex<f64>, row: &[f64]) -> Vec<Complex
     // The lengths are the plan's own, so this cannot fail.
     let _ = plan.process(&mut input, &mut output);
     output
-}
-
-fn backward(plan: &dyn ComplexToReal<f64>, spectrum: &mut [Complex<f64>], out: &mut [f64]) {
-    // The transform rejects imaginary parts at zero and Nyquist, also those of rounding.
-    spectrum[0].im = 0.0;
-    if plan.len() % 2 == 0
-        && let Some(last) = spectrum.last_mut()
-    {
-        last.im = 0.0;
-    }
-    let _ = plan.process(spectrum, out);
 }

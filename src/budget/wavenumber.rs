@@ -15,7 +15,7 @@ use num_complex::Complex;
 use super::branches::{BranchSplit, Branches};
 use super::contacts::{ContactState, Contacts};
 use super::modes::{Modes, ModesScratch};
-use super::motion::ChainState;
+use crate::chain::NodeState;
 
 /// Constants used at every instant.
 pub(super) struct Transfers<'a> {
@@ -106,7 +106,7 @@ impl<'a> Transfers<'a> {
     }
 
     /// `E(k)` alone.
-    pub(super) fn energies(&self, at: ChainState) -> Vec<f64> {
+    pub(super) fn energies(&self, at: NodeState) -> Vec<f64> {
         let mut scratch = self.scratch();
         self.load_roots(at, &mut scratch);
         let mut energies = vec![0.0; self.modes.len()];
@@ -119,12 +119,7 @@ impl<'a> Transfers<'a> {
     }
 
     /// All terms of the balance. The contacts of `scratch` are those at this instant.
-    pub(super) fn evaluate(
-        &self,
-        at: ChainState,
-        scratch: &mut TransferScratch,
-        terms: &mut Terms,
-    ) {
+    pub(super) fn evaluate(&self, at: NodeState, scratch: &mut TransferScratch, terms: &mut Terms) {
         self.load_roots(at, scratch);
         self.load_rates(at, scratch);
         let (size, squares) = (&mut scratch.size, &scratch.squares);
@@ -160,13 +155,13 @@ impl<'a> Transfers<'a> {
 
     /// Roots of the energies of springs to the ground, of resonators' motions and of their springs, with their rates;
     /// one value a site.
-    fn springs(&self, at: ChainState) -> Vec<[Vec<f64>; 2]> {
+    fn springs(&self, at: NodeState) -> Vec<[Vec<f64>; 2]> {
         let chain = self.contacts.chain();
         let mut all = Vec::new();
         if let Some(ground) = &chain.on_site.ground {
             let sites = at.x.iter().zip(at.v).enumerate();
             let roots = sites.map(|(j, (x, v))| {
-                let (root, slope) = ground.root_energy(j, *x);
+                let (root, slope) = ground.spring(j).root_energy(*x);
                 (root, slope * v)
             });
             all.push(<[_; 2]>::from(roots.unzip::<_, _, Vec<f64>, Vec<f64>>()));
@@ -187,7 +182,7 @@ impl<'a> Transfers<'a> {
         all
     }
 
-    fn load_roots(&self, at: ChainState, scratch: &mut TransferScratch) {
+    fn load_roots(&self, at: NodeState, scratch: &mut TransferScratch) {
         let (work, state, row) = (&mut scratch.modes, &mut scratch.contacts, &mut scratch.row);
         let (squares, springs) = (&mut scratch.squares, &mut scratch.springs);
         self.contacts.evaluate(at, state);
@@ -203,14 +198,14 @@ impl<'a> Transfers<'a> {
         }
     }
 
-    fn load_rates(&self, at: ChainState, scratch: &mut TransferScratch) {
+    fn load_rates(&self, at: NodeState, scratch: &mut TransferScratch) {
         let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
         let (squares, springs) = (&mut scratch.squares, &scratch.springs);
         let (modes, contacts) = (&self.modes, self.contacts);
         contacts.push_all(&state.elastic, row);
         if let Some(ground) = &contacts.chain().on_site.ground {
             for (j, (f, x)) in row.iter_mut().zip(at.x).enumerate() {
-                *f -= ground.force(j, *x);
+                *f -= ground.spring(j).force(*x);
             }
         }
         if let Some(all) = contacts.chain().resonators() {
@@ -237,7 +232,7 @@ impl<'a> Transfers<'a> {
     }
 
     /// `L(k)`: what dampers and drag take from the sites, and the dashpots of resonators from these.
-    fn losses(&self, at: ChainState, scratch: &mut TransferScratch, loss: &mut Vec<f64>) {
+    fn losses(&self, at: NodeState, scratch: &mut TransferScratch, loss: &mut Vec<f64>) {
         let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
         let (squares, other) = (&scratch.squares, &mut scratch.other);
         let chain = self.contacts.chain();

@@ -18,12 +18,15 @@
 //! J. Yang, E. Kim, *Extreme control of impulse transmission by cylinder-based nonlinear phononic
 //! crystals*, equation 1.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::elliptic::ellipse_integrals;
 use crate::numeric::root;
 use crate::{Error, Result};
 
 /// An isotropic elastic material.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
     /// Young's modulus in Pa.
@@ -105,17 +108,7 @@ impl Surface {
 }
 
 /// How the aspect ratio of the contact ellipse is found.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Default,
-    serde::Serialize,
-    serde::Deserialize,
-    schemars::JsonSchema,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ellipse {
     /// From the transcendental equation of Hertz's theory.

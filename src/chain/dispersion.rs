@@ -2,11 +2,13 @@
 
 use std::f64::consts::TAU;
 
+use ndarray::{Array2, s};
 use num_complex::Complex;
 
 use super::lattice::refuse;
 use super::{Chain, Ends};
 use crate::error::Result;
+use crate::numeric::hermitian::eigenvalues;
 use crate::numeric::{median, sorted};
 
 /// Bodies that a unit cell has at most.
@@ -15,8 +17,6 @@ const MOST_BODIES: usize = 16;
 const SAME: f64 = 1e-9;
 /// Share of the bodies that may be defects of a lattice.
 const DEFECTS: f64 = 0.1;
-/// Sweeps of rotations; three to ten are needed.
-const SWEEPS: usize = 60;
 
 /// Why a chain has no dispersion branches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -105,7 +105,11 @@ impl UnitCell {
         }
         let none = || vec![0.0; chain.n_sites()];
         let ground = chain.on_site.ground.as_ref();
-        let ground = ground.map(|all| (0..chain.n_sites()).map(|j| all.stiffness(j)).collect());
+        let ground = ground.map(|all| {
+            (0..chain.n_sites())
+                .map(|j| all.spring(j).stiffness(0.0))
+                .collect()
+        });
         let (own, tie) = match chain.resonators() {
             Some(all) => (all.mass.clone(), all.stiffness.clone()),
             None => (none(), none()),
@@ -198,7 +202,7 @@ impl UnitCell {
             columns[j][2 * p + j] -= (tie[j] / self.mass[j]).sqrt();
             columns.push(column);
         }
-        singular_values(columns)
+        singular_values(&columns)
     }
 }
 
@@ -223,51 +227,19 @@ fn repeated(
     (count as f64 <= defects * range.len() as f64).then_some(cell)
 }
 
-/// Singular values of a matrix with as many rows as columns or more, ascending, each to rounding of the largest.
-///
-/// Rotations of pairs of columns make all of them orthogonal; their norms are the values. Source:
-/// M. R. Hestenes, J. SIAM 6, 51 (1958).
-fn singular_values(mut columns: Vec<Vec<Complex<f64>>>) -> Vec<f64> {
-    let n = columns.len();
-    for _ in 0..SWEEPS {
-        let mut rotated = false;
-        for i in 0..n {
-            for j in i + 1..n {
-                let (left, right) = columns.split_at_mut(j);
-                rotated |= orthogonalize(&mut left[i], &mut right[0]);
-            }
-        }
-        if !rotated {
-            break;
-        }
+/// Singular values of a matrix with as many rows as columns or more, ascending, each to rounding of the largest: with their
+/// negatives they are the eigenvalues of the matrix beside its adjoint.
+fn singular_values(columns: &[Vec<Complex<f64>>]) -> Vec<f64> {
+    let (n, rows) = (columns.len(), columns[0].len());
+    let all = columns.iter().flatten();
+    // Added to the diagonal, so that no eigenvalue is negative.
+    let size = all.map(Complex::norm_sqr).sum::<f64>().sqrt();
+    let mut beside = Array2::from_diag_elem(n + rows, Complex::new(size, 0.0));
+    for ((i, j), value) in beside.slice_mut(s![n.., ..n]).indexed_iter_mut() {
+        *value = columns[j][i];
     }
-    sorted(columns.iter().map(|column| square(column).sqrt()))
-}
-
-fn square(column: &[Complex<f64>]) -> f64 {
-    column.iter().map(Complex::norm_sqr).sum()
-}
-
-/// Rotates two columns so that they are orthogonal; false if they are.
-fn orthogonalize(a: &mut [Complex<f64>], b: &mut [Complex<f64>]) -> bool {
-    let (alpha, beta) = (square(a), square(b));
-    let product: Complex<f64> = a.iter().zip(&*b).map(|(x, y)| x.conj() * y).sum();
-    let gamma = product.norm();
-    // Columns at the level of rounding have no direction.
-    if gamma <= f64::EPSILON * (alpha * beta).sqrt() || gamma <= f64::MIN_POSITIVE {
-        return false;
-    }
-    let zeta = (beta - alpha) / (2.0 * gamma);
-    let tangent = 1f64.copysign(zeta) / (zeta.abs() + 1f64.hypot(zeta));
-    let cosine = 1.0 / 1f64.hypot(tangent);
-    let sine = cosine * tangent;
-    let phase = product.conj() / gamma;
-    for (x, y) in a.iter_mut().zip(b) {
-        let (u, v) = (*x, phase * *y);
-        *x = u * cosine - v * sine;
-        *y = u * sine + v * cosine;
-    }
-    true
+    let values = eigenvalues(&[beside]).into_iter().flatten().take(n);
+    sorted(values.map(|value| (value - size).max(0.0)))
 }
 
 #[cfg(test)]

@@ -31,9 +31,8 @@ enum Form {
         offset: f64,
         sines: Vec<[f64; 3]>,
     },
-    Chirp(Chirp),
-    /// The integral of a chirp from 0 on.
-    IntegralOfChirp(Chirp),
+    /// The derivative of this order of a chirp, -1 for its integral from 0 on.
+    Chirp(Chirp, i32),
     Spline(Spline),
 }
 
@@ -87,8 +86,7 @@ impl Form {
                 });
                 offset + each.sum::<f64>()
             }
-            Form::Chirp(chirp) => chirp.derivative(order as i32, t),
-            Form::IntegralOfChirp(chirp) => chirp.derivative(order as i32 - 1, t),
+            Form::Chirp(chirp, own) => chirp.derivative(own + order as i32, t),
             Form::Spline(spline) => spline.derivative(order, t),
         }
     }
@@ -131,7 +129,7 @@ impl Waveform {
             from,
             rate,
         };
-        ended(Form::Chirp(chirp), duration, [amplitude.abs(), fastest])
+        ended(Form::Chirp(chirp, 0), duration, [amplitude.abs(), fastest])
     }
 
     /// Noise of this root mean square in a band of frequencies, up to `duration`, 0 after: the sum of 128 sines
@@ -183,8 +181,8 @@ impl Waveform {
                 let offset: f64 = sines.iter().map(|[a, _, phase]| -a * phase.sin()).sum();
                 Ok(integrated(Form::Sines { offset, sines }))
             }
-            Form::Chirp(chirp) => Ok(integrated(Form::IntegralOfChirp(*chirp))),
-            Form::IntegralOfChirp(_) => {
+            Form::Chirp(chirp, 0) => Ok(integrated(Form::Chirp(*chirp, -1))),
+            Form::Chirp(..) => {
                 let expected = "a waveform that is no integral of a chirp already";
                 Err(refuse("drive", expected, "one"))
             }

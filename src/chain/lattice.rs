@@ -45,9 +45,24 @@ pub(crate) struct Contact<'a> {
     pub(crate) law: &'a Law,
     pub(crate) coefficient: f64,
     pub(crate) static_overlap: f64,
+    /// The bodies left and right of it; `None` for a wall.
+    pub(crate) sites: [Option<usize>; 2],
 }
 
 impl Contact<'_> {
+    /// The difference of values of the bodies, left less right, with that of a wall on the left: of displacements the overlap beyond
+    /// the static one.
+    pub(crate) fn across(&self, values: &[f64], wall: f64) -> f64 {
+        let [left, right] = self.sites;
+        left.map_or(wall, |j| values[j]) - right.map_or(0.0, |j| values[j])
+    }
+
+    /// The mass with which the bodies move against each other.
+    pub(crate) fn reduced_mass(&self, mass: &[f64]) -> f64 {
+        let inverse = self.sites.iter().flatten().map(|j| 1.0 / mass[*j]);
+        1.0 / inverse.sum::<f64>()
+    }
+
     /// Elastic force beyond the static one, at an overlap beyond the static one.
     pub(crate) fn force(&self, r: f64) -> f64 {
         self.law.force(self.coefficient, self.static_overlap, r)
@@ -65,12 +80,8 @@ impl Contact<'_> {
 
     /// As [`Law::root_energy`].
     pub(crate) fn root_energy(&self, r: f64) -> (f64, f64) {
-        let Contact {
-            coefficient,
-            static_overlap,
-            ..
-        } = *self;
-        self.law.root_energy(coefficient, static_overlap, r)
+        self.law
+            .root_energy(self.coefficient, self.static_overlap, r)
     }
 
     /// Whether waves of small amplitude about the static state are linear.
@@ -107,24 +118,14 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// Force of the spring of site j at a displacement x, towards -x.
-    pub(crate) fn force(&self, j: usize, x: f64) -> f64 {
-        self.law.of(j).force(self.coefficient[j], 0.0, x)
-    }
-
-    /// Its energy there.
-    pub(crate) fn energy(&self, j: usize, x: f64) -> f64 {
-        self.law.of(j).energy(self.coefficient[j], 0.0, x)
-    }
-
-    /// As [`Law::root_energy`].
-    pub(crate) fn root_energy(&self, j: usize, x: f64) -> (f64, f64) {
-        self.law.of(j).root_energy(self.coefficient[j], 0.0, x)
-    }
-
-    /// Its stiffness at rest.
-    pub(crate) fn stiffness(&self, j: usize) -> f64 {
-        self.law.of(j).stiffness(self.coefficient[j], 0.0, 0.0)
+    /// The spring of site j, towards -x where the site is ahead.
+    pub(crate) fn spring(&self, j: usize) -> Contact<'_> {
+        Contact {
+            law: self.law.of(j),
+            coefficient: self.coefficient[j],
+            static_overlap: 0.0,
+            sites: [Some(j), None],
+        }
     }
 }
 
@@ -176,8 +177,7 @@ impl Chain {
 
     /// Static overlap of contact j.
     pub fn static_overlap(&self, contact: usize) -> f64 {
-        let law = self.law.of(contact);
-        law.static_overlap(self.coefficient[contact], self.static_force(contact))
+        self.contact(contact).static_overlap
     }
 
     /// Static force in contact j: the precompression and the weight of the sites before it.
@@ -208,46 +208,55 @@ impl Chain {
         self.losses.any() || self.on_site.any()
     }
 
-    /// Static overlap of the contact with a wall before site 0, of this coefficient.
-    pub(crate) fn left_static_overlap(&self, coefficient: f64) -> f64 {
-        let law = self.law.before_first();
-        law.static_overlap(coefficient, self.precompression)
-    }
-
     /// All contacts in order, that with a wall before site 0 left out.
     pub(crate) fn contacts(&self) -> impl Iterator<Item = Contact<'_>> {
         let mut weight = 0.0;
-        let contacts = self.coefficient.iter().enumerate();
-        contacts.map(move |(j, &coefficient)| {
+        (0..self.n_contacts()).map(move |j| {
             weight += self.on_site.gravity * self.whole_mass(j);
-            let law = self.law.of(j);
-            Contact {
-                law,
-                coefficient,
-                static_overlap: law.static_overlap(coefficient, self.precompression + weight),
-            }
+            self.pressed(j, self.precompression + weight)
         })
     }
 
-    /// The law, the coefficient and the static overlap of contact j.
+    /// All contacts in order, that with a wall before site 0 first.
+    pub(crate) fn all_contacts(&self) -> impl Iterator<Item = Contact<'_>> {
+        self.left_contact().into_iter().chain(self.contacts())
+    }
+
+    /// All springs: the contacts, that with a wall before site 0 behind them, and those to the ground.
+    pub(crate) fn springs(&self) -> impl Iterator<Item = Contact<'_>> {
+        let ground = self.on_site.ground.iter();
+        let ground = ground.flat_map(|all| (0..self.n_sites()).map(|j| all.spring(j)));
+        self.contacts().chain(self.left_contact()).chain(ground)
+    }
+
+    /// Contact j.
     pub(crate) fn contact(&self, j: usize) -> Contact<'_> {
+        self.pressed(j, self.static_force(j))
+    }
+
+    /// Contact j under a static force.
+    fn pressed(&self, j: usize, force: f64) -> Contact<'_> {
+        let (law, coefficient) = (self.law.of(j), self.coefficient[j]);
         Contact {
-            law: self.law.of(j),
-            coefficient: self.coefficient[j],
-            static_overlap: self.static_overlap(j),
+            law,
+            coefficient,
+            static_overlap: law.static_overlap(coefficient, force),
+            sites: [Some(j), self.right_site(j)],
         }
     }
 
-    /// The same of the contact with a wall before site 0, if there is one.
+    /// The contact with a wall before site 0, if there is one.
     pub(crate) fn left_contact(&self) -> Option<Contact<'_>> {
-        match self.ends {
-            Ends::Fixed { left_coefficient } => Some(Contact {
-                law: self.law.before_first(),
-                coefficient: left_coefficient,
-                static_overlap: self.left_static_overlap(left_coefficient),
-            }),
-            _ => None,
-        }
+        let Ends::Fixed { left_coefficient } = self.ends else {
+            return None;
+        };
+        let law = self.law.before_first();
+        Some(Contact {
+            law,
+            coefficient: left_coefficient,
+            static_overlap: law.static_overlap(left_coefficient, self.precompression),
+            sites: [None, Some(0)],
+        })
     }
 
     /// Overlap of contact j beyond the static one, `x_j - x_{j+1}`; of velocities its rate.
@@ -257,7 +266,7 @@ impl Chain {
     }
 
     /// The site after a contact; `None` for a wall.
-    pub(super) fn right_site(&self, contact: usize) -> Option<usize> {
+    fn right_site(&self, contact: usize) -> Option<usize> {
         match (contact + 1 < self.n_sites(), self.ends) {
             (true, _) => Some(contact + 1),
             (false, Ends::Periodic) => Some(0),
@@ -265,52 +274,37 @@ impl Chain {
         }
     }
 
-    /// The mass with which both bodies of contact j move against each other.
-    pub(crate) fn reduced_mass(&self, contact: usize) -> f64 {
-        let right = self.right_site(contact);
-        let next = right.map_or(f64::INFINITY, |right| self.mass[right]);
-        1.0 / (1.0 / self.mass[contact] + 1.0 / next)
-    }
-
     /// Force in contact j beyond the static one, damping included.
     pub fn force(&self, contact: usize, displacement: &[f64], velocity: &[f64]) -> f64 {
-        let closing = self.overlap(contact, velocity);
-        self.force_at(contact, self.overlap(contact, displacement), closing)
+        let [r, closing] = [displacement, velocity].map(|values| self.overlap(contact, values));
+        self.total_force(self.contact(contact), r, closing)
     }
 
-    /// Damping force in contact j.
-    pub fn damping_force(&self, contact: usize, displacement: &[f64], velocity: &[f64]) -> f64 {
-        let closing = self.overlap(contact, velocity);
-        let r = self.overlap(contact, displacement);
-        self.damping(self.contact(contact), r, closing)
-    }
-
-    /// Force of contact j beyond the static one, damping included, at an overlap beyond the static
-    /// one and its rate.
-    pub(super) fn force_at(&self, contact: usize, r: f64, closing: f64) -> f64 {
-        self.force_of(self.contact(contact), r, closing)
-    }
-
-    /// The same of the contact with the wall before site 0; 0 where there is none.
-    pub(super) fn left_wall_force(&self, r: f64, closing: f64) -> f64 {
-        let contact = self.left_contact();
-        contact.map_or(0.0, |contact| self.force_of(contact, r, closing))
-    }
-
-    fn force_of(&self, contact: Contact, r: f64, closing: f64) -> f64 {
+    /// Force of a contact beyond the static one, damping included, at an overlap beyond the static one and its rate.
+    pub(crate) fn total_force(&self, contact: Contact, r: f64, closing: f64) -> f64 {
         contact.force(r) + self.damping(contact, r, closing)
     }
 
+    /// The damping alone.
     pub(crate) fn damping(&self, contact: Contact, r: f64, closing: f64) -> f64 {
-        let Losses {
-            dashpot, tangent, ..
-        } = self.losses;
-        if dashpot == 0.0 && tangent == 0.0 {
+        let losses = &self.losses;
+        if losses.dashpot == 0.0 && losses.tangent == 0.0 {
             return 0.0;
         }
         let closed = contact.static_overlap + r > 0.0 || !contact.law.is_one_sided();
-        let dashpot = if closed { dashpot } else { 0.0 };
-        (dashpot + tangent * contact.stiffness(r)) * closing
+        let dashpot = if closed { losses.dashpot } else { 0.0 };
+        (dashpot + losses.tangent * contact.stiffness(r)) * closing
+    }
+
+    /// Force on body j towards -x by drag, the ground and its resonator, at displacement and velocity of both.
+    pub(crate) fn pull(&self, j: usize, [x, v]: [f64; 2], resonator: Option<[f64; 2]>) -> f64 {
+        let ground = self.on_site.ground.as_ref();
+        let held = ground.map_or(0.0, |ground| ground.spring(j).force(x));
+        let resonator = match (self.resonators(), resonator) {
+            (Some(all), Some([y, w])) => all.force(j, y - x, w - v),
+            _ => 0.0,
+        };
+        self.losses.drag * v + held - resonator
     }
 
     /// Energy of each site beyond the static state: `m v^2 / 2`, half of the energy of each contact
@@ -327,22 +321,14 @@ impl Chain {
         for (j, energy) in out.iter_mut().enumerate() {
             *energy = 0.5 * self.mass[j] * velocity[j] * velocity[j];
         }
-        for (j, contact) in self.contacts().enumerate() {
-            let energy = contact.energy(self.overlap(j, displacement));
-            match self.right_site(j) {
-                Some(right) => {
-                    out[j] += 0.5 * energy;
+        for spring in self.springs() {
+            let energy = spring.energy(spring.across(displacement, wall));
+            match spring.sites {
+                [Some(left), Some(right)] => {
+                    out[left] += 0.5 * energy;
                     out[right] += 0.5 * energy;
                 }
-                None => out[j] += energy,
-            }
-        }
-        if let Some(contact) = self.left_contact() {
-            out[0] += contact.energy(wall - displacement[0]);
-        }
-        if let Some(ground) = &self.on_site.ground {
-            for (j, (energy, x)) in out.iter_mut().zip(displacement).enumerate() {
-                *energy += ground.energy(j, *x);
+                [left, right] => left.or(right).into_iter().for_each(|j| out[j] += energy),
             }
         }
     }
@@ -353,19 +339,10 @@ impl Chain {
         !driven && !self.is_lossy() && self.ends != Ends::Periodic
     }
 
-    /// Magnitudes of the energies of all contacts, added up; a wall before site 0 is at rest.
+    /// Magnitudes of the energies of all springs, added up; a wall before site 0 is at rest.
     pub(super) fn stored_energy(&self, displacement: &[f64]) -> f64 {
-        let left = self.left_contact();
-        let left = left.map_or(0.0, |contact| contact.energy(-displacement[0]).abs());
-        let contacts = self.contacts().enumerate();
-        let energy = contacts.map(|(j, of)| of.energy(self.overlap(j, displacement)));
-        let sum: f64 = energy.map(f64::abs).sum();
-        let ground = self.on_site.ground.as_ref();
-        let held = |ground: &Ground| -> f64 {
-            let sites = displacement.iter().enumerate();
-            sites.map(|(j, x)| ground.energy(j, *x).abs()).sum()
-        };
-        sum + left + ground.map_or(0.0, held)
+        let energy = |of: Contact| of.energy(of.across(displacement, 0.0)).abs();
+        self.springs().map(energy).sum()
     }
 
     /// Total energy beyond the static state without that of resonators; `wall` as for [`Chain::site_energies`].
@@ -408,19 +385,26 @@ impl Chain {
                 _ => {}
             }
         }
-        self.check_on_site()?;
-        let Losses {
-            dashpot,
-            tangent,
-            drag,
-        } = self.losses;
         for (name, value) in [
             ("precompression", self.precompression),
-            ("dashpot", dashpot),
-            ("tangent", tangent),
-            ("drag", drag),
+            ("gravity", self.on_site.gravity),
+            ("dashpot", self.losses.dashpot),
+            ("tangent", self.losses.tangent),
+            ("drag", self.losses.drag),
         ] {
             not_negative(name, [&value])?;
+        }
+        if self.on_site.gravity > 0.0 && !matches!(self.ends, Ends::Wall | Ends::Fixed { .. }) {
+            let expected = "ends with a wall after the last site, which carries the weight";
+            return Err(refuse("gravity", expected, "others"));
+        }
+        self.check_resonators()?;
+        if let Some(ground) = &self.on_site.ground {
+            if ground.coefficient.len() != n {
+                let expected = format!("{n} coefficients, one a site");
+                return Err(refuse("ground", &expected, ground.coefficient.len()));
+            }
+            not_negative("ground", &ground.coefficient)?;
         }
         let mut contacts = self.contacts().chain(self.left_contact()).enumerate();
         let is_none = |(_, contact): &(usize, Contact)| contact.static_overlap.is_nan();
@@ -435,26 +419,6 @@ impl Chain {
             return Err(refuse(option, &expected, format!("{force} in contact {j}")));
         }
         Ok(())
-    }
-}
-
-impl Chain {
-    fn check_on_site(&self) -> Result<()> {
-        let gravity = self.on_site.gravity;
-        not_negative("gravity", [&gravity])?;
-        if gravity > 0.0 && !matches!(self.ends, Ends::Wall | Ends::Fixed { .. }) {
-            let expected = "ends with a wall after the last site, which carries the weight";
-            return Err(refuse("gravity", expected, "others"));
-        }
-        self.check_resonators()?;
-        let Some(ground) = &self.on_site.ground else {
-            return Ok(());
-        };
-        if ground.coefficient.len() != self.n_sites() {
-            let expected = format!("{} coefficients, one a site", self.n_sites());
-            return Err(refuse("ground", &expected, ground.coefficient.len()));
-        }
-        not_negative("ground", &ground.coefficient)
     }
 }
 

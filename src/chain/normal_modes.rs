@@ -6,15 +6,18 @@ use ndarray::Array2;
 use num_complex::Complex;
 
 use super::lattice::{Chain, refuse};
-use crate::Result;
 use crate::numeric::hermitian::eigen;
 use crate::numeric::next_uniform;
+use crate::{Error, Result};
 
 /// Sites beyond which the matrix of a chain is not diagonalized.
 const MOST_SITES: usize = 2000;
 
 /// Squares of frequencies below this share of the largest are those of a free motion of the whole chain.
 const FREE: f64 = 1e-12;
+
+/// Squares below 0 by more than this share of it are no rounding.
+const UNSTABLE: f64 = 1e-9;
 
 /// The modes of a chain whose contacts are springs of the stiffness that they have in the static state.
 ///
@@ -42,8 +45,10 @@ impl Chain {
     /// compressed, and for more than 2000 bodies and resonators.
     pub fn normal_modes(&self) -> Result<NormalModes> {
         let n = self.n_sites();
-        let contacts = || self.left_contact().into_iter().chain(self.contacts());
-        if !contacts().all(|contact| contact.has_linear_limit()) {
+        if !self
+            .all_contacts()
+            .all(|contact| contact.has_linear_limit())
+        {
             let expected = "a chain with linear small motion: one with precompression, or of a law that pulls, too";
             return Err(refuse("mode", expected, "contacts that only touch"));
         }
@@ -57,10 +62,6 @@ impl Chain {
             let expected = "at most 2000 bodies and resonators for modes";
             return Err(refuse("mode", expected, places));
         }
-        if contacts().any(|contact| contact.stiffness(0.0) < 0.0) {
-            let expected = "a chain that is stable at rest, for modes";
-            return Err(refuse("mode", expected, "contacts of negative stiffness"));
-        }
         let own = self.resonators().map_or(&[][..], |all| &all.mass[..]);
         let own = resonators.iter().map(|j| own[*j]);
         let root_mass = self.mass.iter().copied().chain(own).map(f64::sqrt);
@@ -69,29 +70,23 @@ impl Chain {
         let mut add = |i: usize, j: usize, value: f64| {
             matrix[[i, j]] += value / (root_mass[i] * root_mass[j]);
         };
-        if let Some(ground) = &self.on_site.ground {
-            (0..n).for_each(|j| add(j, j, ground.stiffness(j)));
-        }
-        for (&j, s) in resonators.iter().zip(n..) {
-            let k = self.resonators().map_or(0.0, |all| all.stiffness[j]);
-            for (a, b, value) in [(j, j, k), (s, s, k), (j, s, -k), (s, j, -k)] {
-                add(a, b, value);
+        let own = self.resonators().map_or(&[][..], |all| &all.stiffness[..]);
+        let ties = resonators.iter().zip(n..);
+        let ties = ties.map(|(&j, s)| ([Some(j), Some(s)], own[j]));
+        let springs = self.springs().map(|of| (of.sites, of.stiffness(0.0)));
+        for (sites, stiffness) in ties.chain(springs) {
+            let ends = sites.into_iter().zip([1.0, -1.0]);
+            let ends: Vec<(usize, f64)> = ends.filter_map(|(j, sign)| Some((j?, sign))).collect();
+            for ((i, a), (j, b)) in ends.iter().flat_map(|a| ends.iter().map(move |b| (*a, *b))) {
+                add(i, j, a * b * stiffness);
             }
-        }
-        for (j, contact) in self.contacts().enumerate() {
-            let k = contact.stiffness(0.0);
-            add(j, j, k);
-            if let Some(right) = self.right_site(j) {
-                add(right, right, k);
-                add(j, right, -k);
-                add(right, j, -k);
-            }
-        }
-        if let Some(contact) = self.left_contact() {
-            add(0, 0, contact.stiffness(0.0));
         }
         let found = eigen(&matrix);
         let most = found.values.first().copied().unwrap_or(0.0);
+        let least = found.values.last().copied().unwrap_or(0.0);
+        let expected = "a chain that is stable at rest, for modes";
+        let square = format!("the square {least} of a frequency");
+        Error::require(least >= -UNSTABLE * most, "mode", expected, square)?;
         let mut frequency: Vec<f64> = Vec::with_capacity(places);
         let mut shape = Vec::with_capacity(places);
         for (square, vector) in found.values.iter().zip(found.vectors).rev() {

@@ -90,9 +90,9 @@ impl Simulation {
             smooth: stepping::gauss(SMOOTH_NODES),
             beside: stepping::gauss(NODES),
             opened: None,
-            contacts: vec![None, self.chain.left_contact()],
+            contacts: vec![None; stepping::first_contact(&self.chain)],
         };
-        walk.contacts.extend(self.chain.contacts().map(Some));
+        walk.contacts.extend(self.chain.all_contacts().map(Some));
         let mut time = 0.0;
         for (sample, &target) in times.iter().enumerate() {
             while time < target {

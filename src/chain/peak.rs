@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use super::drive::Drive;
-use super::lattice::{Chain, Ends};
+use super::lattice::Ends;
 use super::result::Run;
 use super::stepping::Quintic;
 use crate::numeric::GoldenSection;
@@ -53,9 +53,9 @@ impl Run {
                 self.acceleration(sample, site),
             ]
         };
-        let right = right_of(chain, contact);
+        let of = chain.contact(contact);
         let overlap = |sample: usize| {
-            let other = right.map_or([0.0; 3], |right| motion(sample, right));
+            let other = of.sites[1].map_or([0.0; 3], |right| motion(sample, right));
             let own = motion(sample, contact);
             std::array::from_fn(|i| own[i] - other[i])
         };
@@ -64,7 +64,7 @@ impl Run {
             let samples = (0..last).step_by(stride).chain([last]);
             samples.map(|n| (self.time[n], overlap(n))).collect()
         };
-        let force = |r: f64, closing: f64| chain.force_at(contact, r, closing);
+        let force = |r: f64, closing: f64| chain.total_force(of, r, closing);
         let (value, time) = highest(&nodes(1), force)?;
         let error = match last {
             0 | 1 => f64::INFINITY,
@@ -102,8 +102,8 @@ impl Run {
     pub(crate) fn impedance(&self, contact: usize) -> Option<f64> {
         let x = self.displacement.as_ref()?;
         let chain = &self.chain;
-        let right = right_of(chain, contact);
         let law = chain.contact(contact);
+        let right = law.sites[1];
         let overlaps = x
             .rows()
             .into_iter()
@@ -144,7 +144,9 @@ impl Run {
                     Some(Drive::Wall(wave)) => (wave.at(time[sample]), wave.rate_at(time[sample])),
                     _ => (0.0, 0.0),
                 };
-                chain.left_wall_force(wall - x[[sample, 0]], speed - v)
+                let (r, closing) = (wall - x[[sample, 0]], speed - v);
+                let contact = chain.left_contact();
+                contact.map_or(0.0, |contact| chain.total_force(contact, r, closing))
             }
             (None, _) => match &self.drive {
                 Some(Drive::Force(wave)) => wave.at(time[sample]),
@@ -155,28 +157,10 @@ impl Run {
             Some(Drive::Body(driven, wave)) if *driven == site => wave.at(time[sample]),
             _ => 0.0,
         };
-        let ground = chain.on_site.ground.as_ref();
-        let held = ground.map_or(0.0, |ground| ground.force(site, x[[sample, site]]));
-        let pulled = match (
-            chain.resonators(),
-            &self.resonator_displacement,
-            &self.resonator_velocity,
-        ) {
-            (Some(all), Some(y), Some(w)) => {
-                let at = [sample, site];
-                all.force(site, y[at] - x[at], w[at] - v)
-            }
-            _ => 0.0,
-        };
-        (left - right + push + pulled - chain.losses.drag * v - held) / chain.mass[site]
-    }
-}
-
-/// The site behind a contact; `None` for a wall.
-fn right_of(chain: &Chain, contact: usize) -> Option<usize> {
-    match contact + 1 {
-        j if j < chain.n_sites() => Some(j),
-        _ => (chain.ends == Ends::Periodic).then_some(0),
+        let own = (self.resonator_displacement.as_ref()).zip(self.resonator_velocity.as_ref());
+        let own = own.map(|(y, w)| [y[[sample, site]], w[[sample, site]]]);
+        let pull = chain.pull(site, [x[[sample, site]], v], own);
+        (left - right + push - pull) / chain.mass[site]
     }
 }
 

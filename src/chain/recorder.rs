@@ -128,43 +128,30 @@ impl Recorder {
     }
 
     pub(super) fn keep(&mut self, sample: usize, state: &State) {
-        let Run {
-            chain,
-            time: times,
-            velocity,
-            displacement,
-            force,
-            energy_passed,
-            energy_lost,
-            energy_input,
-            resonator_displacement,
-            resonator_velocity,
-            ..
-        } = &mut self.run;
-        let (n, m) = (chain.n_sites(), chain.n_contacts());
+        let run = &mut self.run;
+        let (n, m) = (run.chain.n_sites(), run.chain.n_contacts());
         let (x, v) = (&state.x[FIRST_SITE..][..n], &state.v[FIRST_SITE..][..n]);
-        let [y, w] = state.resonators(chain);
-        times[sample] = self.samples.time(sample);
+        let [y, w] = state.resonators(&run.chain);
+        let passed = part(&state.passed, FIRST_CONTACT, m);
+        run.time[sample] = self.samples.time(sample);
         for (array, values) in [
-            (Some(velocity), v),
-            (displacement.as_mut(), x),
-            (force.as_mut(), part(&state.force, FIRST_CONTACT, m)),
-            (
-                energy_passed.as_mut(),
-                part(&state.passed, FIRST_CONTACT, m),
-            ),
-            (energy_lost.as_mut(), part(&state.lost, FIRST_SITE, n)),
-            (resonator_displacement.as_mut(), y),
-            (resonator_velocity.as_mut(), w),
+            (Some(&mut run.velocity), v),
+            (run.displacement.as_mut(), x),
+            (run.force.as_mut(), part(&state.force, FIRST_CONTACT, m)),
+            (run.energy_passed.as_mut(), passed),
+            (run.energy_lost.as_mut(), part(&state.lost, FIRST_SITE, n)),
+            (run.resonator_displacement.as_mut(), y),
+            (run.resonator_velocity.as_mut(), w),
         ] {
             if let Some(all) = array.and_then(|array| array.as_slice_mut()) {
                 let row = values.len() * sample..values.len() * (sample + 1);
                 all[row].copy_from_slice(values);
             }
         }
-        if let Some(array) = energy_input {
+        if let Some(array) = &mut run.energy_input {
             array[sample] = state.put_in();
         }
+        let chain = &run.chain;
         for (j, [least, most], rest, farthest) in &mut self.ranges {
             let overlap = *rest + chain.overlap(*j, x);
             let beyond = |overlap: f64| (*least - overlap).max(overlap - *most);
@@ -172,7 +159,7 @@ impl Recorder {
                 *farthest = Some(overlap);
             }
         }
-        let last = times.len() - 1;
+        let last = run.time.len() - 1;
         if !self.explained || !(sample == last || sample.is_multiple_of(last.div_ceil(64))) {
             return;
         }

@@ -5,7 +5,7 @@ use ndarray::ArrayView1;
 use super::growth::{Checks, grown_rounding};
 use super::lattice::refuse;
 use super::recorder::{Recorder, SampleTimes};
-use super::result::{Run, RunReport, RunWarning};
+use super::result::{Run, RunWarning};
 use super::simulation::{Accuracy, EndTime, Record, Simulation};
 use super::stepping::{self, Cost, FIRST_SITE, State, StepControl, Stepping};
 use crate::observer::{CancelOnly, Observer};
@@ -140,13 +140,8 @@ impl Simulation {
     /// |dE| <= 2 eps sum_j m_j |v_j|
     /// ```
     pub(super) fn check_energy(&self, run: &mut Run) -> Result<()> {
-        let RunReport {
-            velocity_scale,
-            error,
-            energy_drift,
-            ..
-        } = run.report;
-        let Some(drift) = energy_drift else {
+        let (scale, error) = (run.report.velocity_scale, run.report.error);
+        let Some(drift) = run.report.energy_drift else {
             return Ok(());
         };
         let stated = error.unwrap_or(0.0);
@@ -168,7 +163,7 @@ impl Simulation {
             momentum += w.rows().into_iter().map(of).fold(0.0, f64::max);
         }
         let allowed = relative.map_or(FIXED_STEP_DRIFT, |relative| {
-            let explained = 2.0 * relative * velocity_scale * momentum / kinetic;
+            let explained = 2.0 * relative * scale * momentum / kinetic;
             explained.max(ROUNDING_OF_ENERGY)
         });
         if kinetic == 0.0 || drift <= allowed {

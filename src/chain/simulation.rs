@@ -177,17 +177,14 @@ impl Simulation {
     /// Bytes that the results take.
     pub fn bytes(&self) -> u64 {
         let (n, m) = (self.chain.n_sites() as u64, self.chain.n_contacts() as u64);
-        let Record {
-            displacement,
-            force,
-            energy,
-        } = self.record;
-        let mut columns = 1 + n * (1 + u64::from(displacement)) + m * u64::from(force);
-        if energy {
+        let record = self.record;
+        let moved = n * (1 + u64::from(record.displacement));
+        let mut columns = 1 + moved + m * u64::from(record.force);
+        if record.energy {
             columns += m + if self.chain.is_lossy() { n } else { 0 };
         }
         if self.chain.resonators().is_some() {
-            columns += n * (1 + u64::from(displacement));
+            columns += moved;
         }
         let checked = if self.estimate_error {
             n.saturating_mul(CHECKED_SAMPLES as u64 + 2)

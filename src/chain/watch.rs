@@ -242,7 +242,10 @@ impl Interpolant<'_> {
     pub(crate) fn value(&self, share: f64) -> f64 {
         let rate = self.path.slope_at(share) / self.h;
         match self.signal {
-            Signal::Force(contact) => self.chain.force_at(contact, self.path.at(share), rate),
+            Signal::Force(contact) => {
+                let contact = self.chain.contact(contact);
+                self.chain.total_force(contact, self.path.at(share), rate)
+            }
             Signal::Velocity(_) => rate,
         }
     }

@@ -125,10 +125,8 @@ impl Simulation {
 
     /// The contacts, that with a wall before site 0 last, with the mass with which their bodies move against each other.
     fn reduced_masses(&self) -> impl Iterator<Item = (f64, Contact<'_>)> {
-        let chain = &self.chain;
-        let contacts = chain.contacts().enumerate();
-        let contacts = contacts.map(|(j, contact)| (chain.reduced_mass(j), contact));
-        contacts.chain(chain.left_contact().map(|contact| (chain.mass[0], contact)))
+        let contacts = self.chain.contacts().chain(self.chain.left_contact());
+        contacts.map(|contact| (contact.reduced_mass(&self.chain.mass), contact))
     }
 
     /// The time in which each contact stops two bodies that meet at this speed.

@@ -26,8 +26,13 @@ const RULE: [[f64; 3]; 8] = [
     [0.991_455_371_120_812_6, 0.022_935_322_010_529_224, 0.0],
 ];
 
-/// By how much a half must be known better than the whole, else what is left is noise of the function.
+/// By how much a half must be known better than the whole, else what is left is noise of the function, if it is below this
+/// many tolerances: of a function with many turns the first halves are known no better, either.
 const GAIN: f64 = 0.45;
+const NOISE: f64 = 1e6;
+
+/// Halves that are made at most; an integral that needs more is not a number.
+const MOST: u32 = 4096;
 
 /// The integral over `from..to` of a function that is smooth between these breaks, in the order from `from` to `to`.
 pub(crate) fn integral(from: f64, to: f64, breaks: &[f64], f: impl Fn(f64) -> f64) -> f64 {
@@ -35,33 +40,39 @@ pub(crate) fn integral(from: f64, to: f64, breaks: &[f64], f: impl Fn(f64) -> f6
     let mut start = from;
     ends.map(|end| {
         let whole = rule([start, end], &f);
-        let piece = adapted(
-            [start, end],
-            whole,
-            f64::INFINITY,
-            4.0 * f64::EPSILON * whole[2],
-            &f,
-        );
+        let mut search = Search {
+            f: &f,
+            tolerance: 4.0 * f64::EPSILON * whole[2],
+            left: MOST,
+        };
+        let piece = search.adapted([start, end], whole, f64::INFINITY);
         start = end;
         piece
     })
     .sum()
 }
 
-/// By halves until the difference of both rules is below the tolerance.
-fn adapted(
-    [from, to]: [f64; 2],
-    [value, error, _]: [f64; 3],
-    before: f64,
+struct Search<'f, F> {
+    f: &'f F,
     tolerance: f64,
-    f: &impl Fn(f64) -> f64,
-) -> f64 {
-    if !(error > tolerance && error < GAIN * before) {
-        return value;
+    left: u32,
+}
+
+impl<F: Fn(f64) -> f64> Search<'_, F> {
+    /// By halves until the difference of both rules is below the tolerance.
+    fn adapted(&mut self, [from, to]: [f64; 2], [value, error, _]: [f64; 3], before: f64) -> f64 {
+        let is_noise = error >= GAIN * before && error < NOISE * self.tolerance;
+        if !error.is_finite() || error <= self.tolerance || is_noise {
+            return value;
+        }
+        let Some(left) = self.left.checked_sub(1) else {
+            return f64::NAN;
+        };
+        self.left = left;
+        let middle = 0.5 * (from + to);
+        let mut half = |ends| self.adapted(ends, rule(ends, self.f), error);
+        half([from, middle]) + half([middle, to])
     }
-    let middle = 0.5 * (from + to);
-    let half = |ends| adapted(ends, rule(ends, f), error, tolerance, f);
-    half([from, middle]) + half([middle, to])
 }
 
 /// The integral by Kronrod's rule, how far Gauss's is from it, and the integral of the magnitude.
@@ -88,7 +99,7 @@ fn rule([from, to]: [f64; 2], f: &impl Fn(f64) -> f64) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// Smooth, steep, with a kink, and with a root at an end.
+    /// Smooth, steep, with a kink, with a root at an end, and with many turns.
     #[test]
     fn val_closed_form_integrals_to_rounding() {
         let close = |found: f64, known: f64| {
@@ -98,5 +109,8 @@ mod tests {
         close(integral(0.0, -0.9, &[], |x| (1.0 + x).powi(-3)), -49.5);
         close(integral(0.0, 1.0, &[0.3], |x| x.min(0.3)), 0.255);
         close(integral(0.0, 4.0, &[], |x| x * x.sqrt()), 12.8);
+        let squares = 100.0 - 400.0f64.sin() / 4.0;
+        close(integral(0.0, 200.0, &[], |x| x.sin().powi(2)), squares);
+        assert!(integral(0.0, 1.0, &[], |x| (1e9 * x).sin()).is_nan());
     }
 }

@@ -5,12 +5,10 @@ use std::f64::consts::TAU;
 
 use ndarray::{Array2, s};
 use num_complex::Complex;
-use test_support::fields::{Congruential, chain};
+use test_support::fields::{Burgers, Congruential, chain};
 use test_support::{changed, contains_all};
 use wavecascade::arrays::LargeArray;
-use wavecascade::budget::{
-    BudgetRequest, Burgers, Integration, Motion, Views, budget, tendency_budget,
-};
+use wavecascade::budget::{BudgetRequest, Integration, Motion, Views, budget, tendency_budget};
 use wavecascade::chain::{Accuracy, Ends, Law, Record, Run, Simulation};
 use wavecascade::estimates::{Averaging, Tapers, Transfer, TransferRequest, transfer};
 use wavecascade::observer::Silent;
@@ -197,7 +195,10 @@ fn val_burgers_transfer_is_that_of_the_budget() {
             }
             u = stepped(&u, step);
         }
-        let burgers = Burgers::new(VISCOSITY, TAU, samples).unwrap();
+        let burgers = Burgers {
+            viscosity: VISCOSITY,
+            length: TAU,
+        };
         let budget = tendency_budget(values.t(), [0.0, step], TAU, &burgers).unwrap();
         // Simpson's rule along x; E is half of the mean square.
         for (m, sum) in exact.iter_mut().enumerate() {

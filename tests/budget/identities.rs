@@ -195,7 +195,8 @@ fn by_definition(states: &States, t: f64, x: &[f64], v: &[f64]) -> [Vec<f64>; 4]
         } else {
             force * closing / (2.0 * phi)
         };
-        (force, phi, rate, chain.damping_force(j, x, v))
+        let damping = chain.force(j, x, v) - chain.force(j, x, &vec![0.0; n]);
+        (force, phi, rate, damping)
     };
     let contacts: Vec<_> = (0..m).map(law).collect();
     type Contact = (f64, f64, f64, f64);

@@ -77,12 +77,14 @@ fn val_each_chain_alone_and_any_number_of_threads() {
     }
 }
 
-/// Asks to stop from its third question on.
-struct Impatient(AtomicUsize);
+/// Asked so many times whether to stop, says so.
+struct Fuse(AtomicUsize);
 
-impl Observer for Impatient {
+impl Observer for Fuse {
     fn cancelled(&self) -> bool {
-        self.0.fetch_add(1, Ordering::Relaxed) >= 2
+        let left = self.0.load(Ordering::SeqCst);
+        self.0.store(left.saturating_sub(1), Ordering::SeqCst);
+        left == 0
     }
 }
 
@@ -91,7 +93,7 @@ fn val_cancelling_leaves_no_chain_unanswered() {
     let all = mixture();
     let answered = AtomicUsize::new(0);
     let cancelled = AtomicUsize::new(0);
-    run_each(&all, &Impatient(AtomicUsize::new(0)), &|_, result| {
+    run_each(&all, &Fuse(AtomicUsize::new(2)), &|_, result| {
         answered.fetch_add(1, Ordering::Relaxed);
         if matches!(result, Err(Error::Cancelled)) {
             cancelled.fetch_add(1, Ordering::Relaxed);
@@ -109,12 +111,11 @@ fn val_memory_is_asked_for_before_the_work() {
         simulation.run(&Silent),
         run_many(&[simulation.clone()], &Silent).remove(0),
     ] {
-        let error = result.unwrap_err();
-        let (needed, allowed) = match error {
-            Error::Memory {
-                needed, allowed, ..
-            } => (needed, allowed),
-            other => panic!("{other}"),
+        let Err(Error::Memory {
+            needed, allowed, ..
+        }) = result
+        else {
+            panic!("no error of memory");
         };
         assert_eq!(needed, allowed + 1);
     }
@@ -149,17 +150,6 @@ fn val_end_time_of_the_front() {
     // A soft chain that is struck faster scales: t -> t / v^{1/5}.
     simulation.velocity[0] = 32.0;
     assert!((arrives(&simulation) * 2.0 / end - 1.0).abs() < 1e-3);
-}
-
-/// Asked so many times whether to stop, says so.
-struct Fuse(AtomicUsize);
-
-impl Observer for Fuse {
-    fn cancelled(&self) -> bool {
-        let left = self.0.load(Ordering::SeqCst);
-        self.0.store(left.saturating_sub(1), Ordering::SeqCst);
-        left == 0
-    }
 }
 
 /// A run of thousands of steps between two samples is stopped between them.

@@ -103,7 +103,6 @@ impl Gap<'_> {
         let steps = ((dt * fastest / STEP).ceil() as usize).clamp(1, MOST_STEPS);
         let h = dt / steps as f64;
 
-        let ground = self.chain.on_site.ground.as_ref();
         let acceleration = |ends: [Place; 2], state: &[Place], out: &mut [f64]| {
             let place = |i: usize| match i {
                 0 => ends[0],
@@ -112,14 +111,16 @@ impl Gap<'_> {
             };
             let force = |i: usize| {
                 let (a, b) = (place(i), place(i + 1));
-                ids[i].map_or(0.0, |id| contacts.total_force(id, a[0] - b[0], a[1] - b[1]))
+                ids[i].map_or(0.0, |id| {
+                    let contact = contacts.contact(id);
+                    self.chain.total_force(contact, a[0] - b[0], a[1] - b[1])
+                })
             };
             let mut before = force(0);
             for (i, out) in out.iter_mut().enumerate() {
                 let after = force(i + 1);
-                let (site, [x, v]) = (self.sites.start + i, state[i]);
-                let held = ground.map_or(0.0, |ground| ground.force(site, x));
-                let pull = self.chain.losses.drag * v + held;
+                let site = self.sites.start + i;
+                let pull = self.chain.pull(site, state[i], None);
                 *out = (before - after - pull) / self.chain.mass[site];
                 before = after;
             }

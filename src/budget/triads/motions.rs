@@ -145,16 +145,14 @@ impl QuadraticChain<'_> {
         let mut state = ContactState::default();
         self.contacts.evaluate(at, &mut state);
         let (r, closing) = (&state.overlap, &state.closing);
-        let QuadraticLaw {
-            mass,
-            linear,
-            quadratic: b,
-        } = self.law;
-        let product: Vec<f64> = r.iter().map(|r| b * r * r).collect();
+        let law = self.law;
+        let product: Vec<f64> = r.iter().map(|r| law.quadratic * r * r).collect();
         let rates = r.iter().zip(closing);
-        let product_rate: Vec<f64> = rates.map(|(r, rate)| 2.0 * b * r * rate).collect();
+        let product_rate: Vec<f64> = rates
+            .map(|(r, rate)| 2.0 * law.quadratic * r * rate)
+            .collect();
         let forces = state.elastic.iter().zip(r).zip(&product);
-        let rest = forces.map(|((force, r), product)| force - linear * r - product);
+        let rest = forces.map(|((force, r), product)| force - law.linear * r - product);
         let rest: Vec<f64> = rest.collect();
         let [value, rate, product, product_rate, rest] =
             [r, closing, &product, &product_rate, &rest]
@@ -165,8 +163,8 @@ impl QuadraticChain<'_> {
         let places = half * self.grid.points as f64;
         let weight = |k: usize| places * fold(k, self.grid.points);
         let energy = |k: usize| {
-            let kinetic = 0.5 * mass * velocity[k].norm_sqr();
-            let linear = 0.5 * linear * value[k].norm_sqr();
+            let kinetic = 0.5 * law.mass * velocity[k].norm_sqr();
+            let linear = 0.5 * law.linear * value[k].norm_sqr();
             weight(k) * (kinetic + linear + dot(value[k], product[k]) / 3.0)
         };
         let transfer = |k: usize| {
@@ -187,7 +185,7 @@ impl QuadraticChain<'_> {
             beyond: all.filter(|_| self.has_more()).map(beyond).collect(),
             value: parts(&value),
             rate: parts(&rate),
-            scale: places * b,
+            scale: places * law.quadratic,
         }
     }
 }

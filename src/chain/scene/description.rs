@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Setup, Units};
-use crate::chain::{Accuracy, EndTime, Ends, Losses, Resonators, Scheme, Work};
+use crate::chain::{Accuracy, EndTime, Ends, Resonators, Scheme, Work};
 
 /// The resonators of a scene: their number, and the smallest and the largest of each value.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -82,11 +82,6 @@ impl Setup {
         let n = chain.n_sites();
         let last = n.saturating_sub(1).min(chain.n_contacts());
         let inner = chain.coefficient.get(1..last).unwrap_or_default();
-        let Losses {
-            dashpot,
-            tangent,
-            drag,
-        } = chain.losses;
         let record = simulation.record;
         let resonators = chain.resonators().is_some();
         let (tolerance, step) = match simulation.accuracy {
@@ -132,9 +127,9 @@ impl Setup {
             gravity: chain.on_site.gravity,
             ground: ground.and_then(|all| Some((all.law.text(), range(&all.coefficient)?))),
             resonators: chain.resonators().and_then(ResonatorsDescription::of),
-            dashpot,
-            tangent,
-            drag,
+            dashpot: chain.losses.dashpot,
+            tangent: chain.losses.tangent,
+            drag: chain.losses.drag,
             scheme: simulation.scheme,
             tolerance,
             step,

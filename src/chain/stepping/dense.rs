@@ -96,34 +96,28 @@ impl Dense {
 impl<K: Kernel> Driver<K> {
     /// Finds the state at time t inside the last step.
     pub(super) fn find_inside(&mut self, t: f64, observer: &dyn Observer) -> Result<()> {
-        let Some(mut dense) = self.dense.take() else {
+        let Some(mut taken) = self.dense.take() else {
             return self.advance_to(t, observer);
         };
+        let dense = &mut *taken;
         let inside = match dense.inside.take() {
             Some(inside) => inside,
-            None => self.ways_inside(&mut dense),
+            None => self.ways_inside(dense),
         };
-        let Dense {
-            start,
-            from,
-            rates,
-            sample,
-            patch,
-            wanted,
-            ..
-        } = &mut *dense;
-        let from = *from;
-        self.leave_alone(t - from, wanted, start, sample);
+        let from = dense.from;
+        let (start, sample, patch) = (&dense.start, &mut dense.sample, &mut dense.patch);
+        self.leave_alone(t - from, &dense.wanted, start, sample);
         if let Some(nodes) = &inside.nodes {
             let weights = nodes.at(t, false);
             let islands = self.islands.active.iter();
-            for blocks in islands.flat_map(|island| common(wanted.iter().cloned(), &island.blocks))
+            for blocks in
+                islands.flat_map(|island| common(dense.wanted.iter().cloned(), &island.blocks))
             {
                 widest(Blend {
                     island: &Island::part(blocks),
                     nodes: NodeRows {
                         states: [&self.next, start, &self.state],
-                        rates: [&rates[0], &rates[1], &rates[2]],
+                        rates: dense.rates.each_ref(),
                     },
                     weights: &weights,
                     to: sample,
@@ -139,9 +133,9 @@ impl<K: Kernel> Driver<K> {
         self.system.place(t, &mut sample.x, &mut sample.v);
         dense.inside = Some(inside);
         if !well {
-            self.land_inside(&mut dense, [from, t], observer)?;
+            self.land_inside(dense, [from, t], observer)?;
         }
-        self.dense = Some(dense);
+        self.dense = Some(taken);
         Ok(())
     }
 
@@ -186,23 +180,13 @@ impl<K: Kernel> Driver<K> {
 
     /// Where polynomials follow the last step, and where not.
     fn ways_inside(&mut self, dense: &mut Dense) -> Inside {
-        let Dense {
-            start,
-            from,
-            before,
-            rates,
-            sample,
-            opened,
-            largest,
-            wanted,
-            ..
-        } = dense;
-        let from = *from;
-        let Some(before) = before.filter(|_| !self.system.has_pulls()) else {
+        let from = dense.from;
+        let Some(before) = dense.before.filter(|_| !self.system.has_pulls()) else {
             return self.stepped();
         };
-        let states = [&self.next, &*start, &self.state];
-        for (state, rates) in states.into_iter().zip(rates.iter_mut()) {
+        let (sample, largest) = (&mut dense.sample, &mut dense.largest);
+        let states = [&self.next, &dense.start, &self.state];
+        for (state, rates) in states.into_iter().zip(&mut dense.rates) {
             if rates.survey == Some(self.surveys) {
                 continue;
             }
@@ -221,11 +205,11 @@ impl<K: Kernel> Driver<K> {
         let weights = times.at(checked, true);
         let nodes = NodeRows {
             states,
-            rates: [&rates[0], &rates[1], &rates[2]],
+            rates: dense.rates.each_ref(),
         };
         let allowed = [1.0, self.energy_scale].map(|unit| SHARE * self.tolerance() * unit / ratio);
+        let opened = dense.opened.iter();
         let mut doubtful: Vec<Range<usize>> = opened
-            .iter()
             .map(|s| s.saturating_sub(BESIDE)..s + BESIDE)
             .collect();
         for island in &self.islands.active {
@@ -262,7 +246,8 @@ impl<K: Kernel> Driver<K> {
                 }
             }
         }
-        let wanted = |places: &Range<usize>| common(wanted.iter().map(places_of), places).next();
+        let wanted = dense.wanted.iter();
+        let wanted = |places: &Range<usize>| common(wanted.clone().map(places_of), places).next();
         doubtful.retain(|places| wanted(places).is_some());
         if self.system.periodic && !doubtful.is_empty() {
             return self.stepped();

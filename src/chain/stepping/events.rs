@@ -45,12 +45,7 @@ impl Event {
         force: &mut [AlignedRow],
         error: &mut AlignedRow,
     ) {
-        let PairStep {
-            system,
-            tableau,
-            span: Span { h, .. },
-            ..
-        } = *step;
+        let (system, tableau, h) = (step.system, step.tableau, step.span.h);
         for (change, k) in self.changes.iter().zip(self.contact - 1..) {
             if change.iter().all(|change| *change == 0.0) {
                 continue;
@@ -134,13 +129,8 @@ impl Events {
         states: [&State; 2],
         error: &AlignedRow,
     ) {
-        let PairStep {
-            system,
-            tableau,
-            tolerance,
-            span,
-            ..
-        } = *step;
+        let (system, tableau) = (step.system, step.tableau);
+        let (tolerance, span) = (step.tolerance, step.span);
         let Events { found, blocks } = self;
         let ends = StepEnds {
             system,

@@ -85,15 +85,9 @@ impl Nodes {
         let mut values = [[0.0; 3]; 3];
         let mut rates = [[0.0; 3]; 3];
         for (i, node) in self.each.iter().enumerate() {
-            let Node {
-                at,
-                others,
-                inverse,
-                first,
-                second,
-            } = *node;
-            let d = u - at;
-            let share = [0, 1].map(|k| (u - others[k]) * inverse[k]);
+            let (inverse, first, second) = (node.inverse, node.first, node.second);
+            let d = u - node.at;
+            let share = [0, 1].map(|k| (u - node.others[k]) * inverse[k]);
             let product = share[0] * share[1];
             let factor = product * product * product;
             let mut unit = 1.0;

@@ -18,6 +18,9 @@ mod tableau;
 
 use std::ops::Range;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::lattice::{Chain, Ends};
 use super::law::{self, Kernel, Law};
 use super::simulation::Simulation;
@@ -29,23 +32,13 @@ pub(crate) use correction::{Quintic, openings};
 use driver::Driver;
 pub(crate) use driver::{Extreme, contact_time, stopping_time};
 pub use islands::SteppedSites;
-pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State};
+pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State, first_contact};
 use system::{System, resonator_place};
 pub(crate) use tableau::{MOST_STAGES, Tableau, Weights};
 use tableau::{SYMPLECTIC_4, SYMPLECTIC_6, VERLET};
 
 /// An integration method.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Default,
-    serde::Serialize,
-    serde::Deserialize,
-    schemars::JsonSchema,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// Embedded Nystrom pair 8(6), corrected where contacts open and close; no damping.
@@ -108,7 +101,7 @@ pub enum StepControl {
 }
 
 /// What the stepping did.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cost {
     pub steps: u64,
     pub rejected_steps: u64,
@@ -239,24 +232,21 @@ pub(crate) fn prepare(
         Some(&Law::Spring { alpha, beta }) if !pressed => {
             with_kernel(task, law::Spring { alpha, beta })
         }
-        _ => {
-            let laws = laws(chain).into_iter().map(Option::<&Law>::cloned);
-            with_kernel(task, law::General(laws.collect()))
-        }
+        _ => with_kernel(task, law::General(laws(chain).into())),
     }
 }
 
 /// The laws of a chain's contacts at their places in rows.
-fn laws(chain: &Chain) -> Vec<Option<&Law>> {
-    let mut laws = vec![None; chain.n_sites() + FIRST_CONTACT];
-    for j in 0..chain.n_contacts() {
-        laws[j + FIRST_CONTACT] = Some(chain.law.of(j));
+fn laws(chain: &Chain) -> Vec<Option<Law>> {
+    let mut laws = vec![None; first_contact(chain)];
+    laws.extend(
+        chain
+            .all_contacts()
+            .map(|contact| Some(contact.law.clone())),
+    );
+    if chain.ends == Ends::Periodic {
+        laws[1] = laws[chain.n_sites() + 1].clone();
     }
-    laws[1] = match chain.ends {
-        Ends::Fixed { .. } => Some(chain.law.before_first()),
-        Ends::Periodic => laws[chain.n_sites() + 1],
-        _ => None,
-    };
     laws
 }
 

@@ -114,12 +114,7 @@ impl<K: Kernel> PairStep<'_, K> {
         next: &mut State,
         scratch: &mut StepScratch,
     ) -> StepOutcome {
-        let PairStep {
-            system,
-            tableau,
-            span,
-            ..
-        } = *self;
+        let (system, tableau, span) = (self.system, self.tableau, self.span);
         let Span { t, h } = span;
         let blocks = island.blocks.clone();
         let last = tableau.stages() - 1;
@@ -185,9 +180,7 @@ impl<K: Kernel> PairStep<'_, K> {
         end: &mut AlignedRow,
         scratch: &mut StepScratch,
     ) -> bool {
-        let PairStep {
-            system, tableau, ..
-        } = *self;
+        let (system, tableau) = (self.system, self.tableau);
         let Span { t, h } = self.span;
         let blocks = island.blocks.clone();
         let lossy = system.has_pulls();

@@ -45,11 +45,7 @@ impl<K: Kernel> SimdKernel for Derive<'_, K> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let System {
-            mobility,
-            flux_share,
-            ..
-        } = self.system;
+        let (mobility, flux_share) = (&self.system.mobility, &self.system.flux_share);
         let State { x, v, force, .. } = self.state;
         let zero = L::splat(0.0);
         let blocks = self.island.blocks.clone();

@@ -4,7 +4,6 @@
 //! w_m F_m,s` the site at place s is pushed by `S_s - S_{s+1}`, since contact s acts on it to the
 //! right and contact s + 1 to the left. Contacts outside the given blocks carry no force.
 
-use super::super::lattice::Losses;
 use super::super::law::Kernel;
 use super::islands::Island;
 use super::system::System;
@@ -177,17 +176,10 @@ impl<K: Kernel> SimdKernel for MoveAndPress<'_, K> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let System {
-            kernel,
-            mobility,
-            coefficient,
-            static_overlap,
-            ..
-        } = self.system;
-        let island = self.island;
+        let (system, island) = (self.system, self.island);
         let (first, n) = (island.blocks.start, island.blocks.len());
-        let [x, v, mobility] = [self.x, self.v, mobility].map(|row| island.of(row));
-        let [c, d0] = [coefficient, static_overlap].map(|row| island.of(row));
+        let [x, v, mobility] = [self.x, self.v, &system.mobility].map(|row| island.of(row));
+        let [c, d0] = [&system.coefficient, &system.static_overlap].map(|row| island.of(row));
         let [positions, force] = [self.positions, self.force].map(|row| island.of_mut(row));
         let reach = L::splat(self.reach);
         let mut before = outside::<L>(island);
@@ -205,7 +197,7 @@ impl<K: Kernel> SimdKernel for MoveAndPress<'_, K> {
                 let at = L::load(&x[b]) + (flight + push);
                 if b > 0 {
                     press(
-                        kernel,
+                        &system.kernel,
                         first + b - 1,
                         [&c[b - 1], &d0[b - 1]],
                         r,
@@ -218,7 +210,7 @@ impl<K: Kernel> SimdKernel for MoveAndPress<'_, K> {
             },
         );
         press(
-            kernel,
+            &system.kernel,
             first + n - 1,
             [&c[n - 1], &d0[n - 1]],
             r,
@@ -302,13 +294,8 @@ impl<K: Kernel> SimdKernel for Damp<'_, K> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let System { kernel, losses, .. } = &self.system;
-        let Losses {
-            dashpot,
-            tangent,
-            drag,
-        } = *losses;
-        let (dashpot, tangent) = (L::splat(dashpot), L::splat(tangent));
-        let (drag, zero, one) = (L::splat(drag), L::splat(0.0), L::splat(1.0));
+        let [dashpot, tangent, drag] = [losses.dashpot, losses.tangent, losses.drag].map(L::splat);
+        let [zero, one] = [0.0, 1.0].map(L::splat);
         let mut before = [outside::<L>(self.island), zero];
         for b in self.island.blocks.clone() {
             let (x, speed) = (L::load(&self.x.0[b]), L::load(&self.v.0[b]));

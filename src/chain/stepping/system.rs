@@ -8,7 +8,7 @@
 
 use super::super::drive::{Drive, Waveform};
 use super::super::lattice::{Chain, Ends, Ground, Losses};
-use super::super::law::{Kernel, Law};
+use super::super::law::Kernel;
 use super::super::resonators::Resonators;
 use super::islands::Island;
 use crate::numeric::lanes::AlignedRow;
@@ -74,6 +74,11 @@ impl State {
 pub(crate) const FIRST_SITE: usize = 1;
 pub(crate) const FIRST_CONTACT: usize = 2;
 
+/// The place of the first contact that a chain has.
+pub(crate) fn first_contact(chain: &Chain) -> usize {
+    FIRST_CONTACT - usize::from(chain.has_left_wall())
+}
+
 /// The place of the resonator of site j, of n.
 pub(super) fn resonator_place(n: usize, j: usize) -> usize {
     FIRST_SITE + n + 1 + j
@@ -82,17 +87,20 @@ pub(super) fn resonator_place(n: usize, j: usize) -> usize {
 impl<K: Kernel> System<K> {
     pub(super) fn new(chain: &Chain, kernel: K, drive: Option<Drive>) -> System<K> {
         let (n, m) = (chain.n_sites(), chain.n_contacts());
+        let periodic = chain.ends == Ends::Periodic;
         let places = n + 2 + chain.resonators().map_or(0, |_| n);
         let row = || AlignedRow::zeros(places);
-        let (mut coefficient, mut static_overlap, mut mobility) = (row(), row(), row());
-        let mut opens = row();
-        for (opens, law) in opens.iter_mut().zip(super::laws(chain)) {
-            *opens = law.and_then(Law::opens).unwrap_or(0.0);
+        let [mut coefficient, mut static_overlap, mut opens, mut mobility] =
+            [(); 4].map(|()| row());
+        for (s, contact) in (first_contact(chain)..).zip(chain.all_contacts()) {
+            coefficient[s] = contact.coefficient;
+            static_overlap[s] = contact.static_overlap;
+            opens[s] = contact.law.opens().unwrap_or(0.0);
         }
-        coefficient[FIRST_CONTACT..][..m].copy_from_slice(&chain.coefficient);
-        let overlaps = static_overlap[FIRST_CONTACT..][..m].iter_mut();
-        for (overlap, contact) in overlaps.zip(chain.contacts()) {
-            *overlap = contact.static_overlap;
+        if periodic {
+            for row in [&mut coefficient, &mut static_overlap, &mut opens] {
+                row[1] = row[n + 1];
+            }
         }
         for (inverse, mass) in mobility[FIRST_SITE..].iter_mut().zip(&chain.mass) {
             *inverse = 1.0 / mass;
@@ -103,15 +111,6 @@ impl<K: Kernel> System<K> {
             .flat_map(|all| all.sites().map(move |j| (j, all)))
         {
             mobility[resonator_place(n, j)] = 1.0 / all.mass[j];
-        }
-        let periodic = chain.ends == Ends::Periodic;
-        if let Ends::Fixed { left_coefficient } = chain.ends {
-            coefficient[1] = left_coefficient;
-            static_overlap[1] = chain.left_static_overlap(left_coefficient);
-        }
-        if periodic {
-            coefficient[1] = coefficient[n + 1];
-            static_overlap[1] = static_overlap[n + 1];
         }
         let mut flux_share = [row(), row()];
         for share in &mut flux_share {
@@ -174,7 +173,7 @@ impl<K: Kernel> System<K> {
     /// Force of the ground on the site at place s, towards -x.
     pub(super) fn held(&self, s: usize, x: f64) -> f64 {
         match (&self.ground, s.checked_sub(FIRST_SITE)) {
-            (Some(ground), Some(j)) if j < self.sites => ground.force(j, x),
+            (Some(ground), Some(j)) if j < self.sites => ground.spring(j).force(x),
             _ => 0.0,
         }
     }
@@ -263,16 +262,13 @@ impl<K: Kernel> System<K> {
     /// Damping force of contact s, of excess overlap r, that closes with this speed.
     #[inline(always)]
     pub(super) fn damping(&self, s: usize, r: f64, closing: f64) -> f64 {
-        let Losses {
-            dashpot, tangent, ..
-        } = self.losses;
-        let (c, d0) = (self.coefficient[s], self.static_overlap[s]);
+        let (losses, c, d0) = (self.losses, self.coefficient[s], self.static_overlap[s]);
         if c == 0.0 {
             return 0.0;
         }
         let closed = d0 + r > 0.0 || self.opens[s] == 0.0;
-        let dashpot = if closed { dashpot } else { 0.0 };
-        (dashpot + tangent * self.kernel.stiffness(s, c, d0, r)) * closing
+        let dashpot = if closed { losses.dashpot } else { 0.0 };
+        (dashpot + losses.tangent * self.kernel.stiffness(s, c, d0, r)) * closing
     }
 
     /// Force of contact s at time t, damping included, and the damping alone.

@@ -1,7 +1,7 @@
 //! How a chain and its start change with a parameter.
 
 use crate::chain::drive::{Drive, Waveform};
-use crate::chain::lattice::{Chain, Contact, Ends};
+use crate::chain::lattice::{Contact, Ends};
 use crate::chain::simulation::Simulation;
 use crate::error::{Error, Result};
 
@@ -15,17 +15,12 @@ pub struct Direction {
     pub(super) relative: f64,
 }
 
-/// All contacts of a chain, one with a wall before site 0 first.
-pub(super) fn all_contacts(chain: &Chain) -> impl Iterator<Item = Contact<'_>> {
-    chain.left_contact().into_iter().chain(chain.contacts())
-}
-
 /// Rows of what a parameter may change: inverse masses; coefficients and static overlaps of contacts; dashpot, tangent damping and
 /// drag; velocities and displacements at the start, those of resonators behind those of bodies; coefficients of the ground; inverse
 /// masses, stiffnesses and damping of resonators.
 pub(super) fn data(simulation: &Simulation) -> [Vec<f64>; 12] {
     let chain = &simulation.chain;
-    let contacts: Vec<Contact> = all_contacts(chain).collect();
+    let contacts: Vec<Contact> = chain.all_contacts().collect();
     let inverse = |masses: &[f64]| masses.iter().map(|mass| 1.0 / mass).collect();
     let (mut x, mut v) = (simulation.displacement.clone(), simulation.velocity.clone());
     let [mut mobility, mut stiffness, mut damping] = [const { Vec::new() }; 3];

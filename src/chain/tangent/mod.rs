@@ -26,7 +26,7 @@ pub use gradient::Gradient;
 use rates::{Active, Motion, Rates};
 
 use super::simulation::Simulation;
-use super::stepping::{FIRST_CONTACT, FIRST_SITE, MOST_STAGES, State, Stepping, Tableau, Weights};
+use super::stepping::{FIRST_SITE, MOST_STAGES, State, Stepping, Tableau, Weights, first_contact};
 use crate::Result;
 use crate::numeric::lanes::{LaneBlock, Lanes, WIDTH};
 use crate::observer::Observer;
@@ -184,7 +184,7 @@ impl<'a> Follower<'a> {
             work: Motion::zeros(places),
             off: Motion::zeros(places),
             tableau,
-            first: FIRST_CONTACT - usize::from(simulation.chain.has_left_wall()),
+            first: first_contact(&simulation.chain),
             sites: simulation.chain.n_sites(),
             masses: &simulation.chain.mass,
             dashpot: losses.dashpot,
@@ -287,7 +287,7 @@ impl<'a> Follower<'a> {
         let jump = -self.dashpot * closing.value.signum();
         let mut grows = LaneBlock::default();
         overlap.each.store(&mut grows);
-        for (place, sign) in [(link.left, 1.0), (link.right, -1.0)] {
+        for (place, sign) in link.sites.into_iter().zip([1.0, -1.0]) {
             let Some(s) = place else { continue };
             let share = sign * jump / self.masses[s];
             let pairs = self.at.each[s][1].0.iter_mut().zip(grows.0);

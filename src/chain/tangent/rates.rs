@@ -2,9 +2,9 @@
 
 use std::ops::{Add, Mul, Range, Sub};
 
-use super::direction::{Direction, all_contacts, data};
+use super::direction::{Direction, data};
 use crate::chain::drive::{Drive, Waveform};
-use crate::chain::lattice::{Chain, Ends};
+use crate::chain::lattice::Chain;
 use crate::chain::law::Law;
 use crate::chain::simulation::Simulation;
 use crate::numeric::lanes::{LaneBlock, Lanes, Portable, SimdKernel, widest};
@@ -211,9 +211,8 @@ impl Active {
 pub(super) struct Link<'a> {
     law: &'a Law,
     pub(super) opens: bool,
-    /// Where there is one, also the number of the contact.
-    pub(super) left: Option<usize>,
-    pub(super) right: Option<usize>,
+    /// The one on the left is also the number of the contact.
+    pub(super) sites: [Option<usize>; 2],
     coefficient: Parameter,
     pub(super) static_overlap: Parameter,
 }
@@ -244,8 +243,6 @@ impl<'a> Rates<'a> {
     /// For up to eight directions, with the start.
     pub(super) fn new(simulation: &'a Simulation, directions: &'a [Direction]) -> (Self, Motion) {
         let chain = &simulation.chain;
-        let n = chain.n_sites();
-        let offset = usize::from(chain.has_left_wall());
         let [
             mobility,
             coefficient,
@@ -260,17 +257,13 @@ impl<'a> Rates<'a> {
             stiffness,
             damping,
         ] = parameters(simulation, directions);
-        let links = all_contacts(chain).enumerate().map(|(i, contact)| Link {
+        let links = chain.all_contacts().zip(coefficient).zip(static_overlap);
+        let links = links.map(|((contact, coefficient), static_overlap)| Link {
             law: contact.law,
             opens: contact.law.is_one_sided() && contact.coefficient > 0.0,
-            left: i.checked_sub(offset),
-            right: match chain.ends {
-                _ if i + 1 - offset < n => Some(i + 1 - offset),
-                Ends::Periodic => Some(0),
-                _ => None,
-            },
-            coefficient: coefficient[i],
-            static_overlap: static_overlap[i],
+            sites: contact.sites,
+            coefficient,
+            static_overlap,
         });
         let ground_law = |of: &Simulation| Some(of.chain.on_site.ground.as_ref()?.law.clone());
         let ends = || directions.iter().map(|direction| &direction.ends);
@@ -325,7 +318,7 @@ impl<'a> Rates<'a> {
     /// The overlap of a link beyond the static one, and its rate.
     #[inline(always)]
     fn across<L: Lanes>(&self, link: &Link, t: f64, at: &Motion) -> [Dual<L>; 2] {
-        let [left, right] = [link.left, link.right].map(|place| place.map(|s| at.read(s)));
+        let [left, right] = link.sites.map(|place| place.map(|s| at.read(s)));
         let [x, v] = left.unwrap_or_else(|| {
             let drive = self.drive.filter(|drive| matches!(drive, Drive::Wall(_)));
             let [x, v, _] = drive.map_or_else(Default::default, |_| self.driven(t));
@@ -354,12 +347,12 @@ impl<'a> Rates<'a> {
         let everywhere = self.chain.has_pulls() || self.drive.is_some();
         let (mut links, mut bodies) = (Vec::new(), Vec::<Range<usize>>::new());
         for (i, link) in self.links.iter().enumerate() {
-            let nearest = link.left.unwrap_or(0).min(link.right.unwrap_or(usize::MAX));
+            let [left, right] = link.sites;
+            let nearest = left.unwrap_or(0).min(right.unwrap_or(usize::MAX));
             let acts = everywhere || !link.opens || link.static_overlap.value > 0.0;
             if nearest < moved && (acts || presses(i)) {
                 links.push(i);
-                let both = [link.left, link.right].into_iter().flatten();
-                bodies.extend(both.map(|s| s..s + 1));
+                bodies.extend(link.sites.into_iter().flatten().map(|s| s..s + 1));
             }
         }
         if everywhere {
@@ -464,7 +457,7 @@ impl<'a> Rates<'a> {
             each: L::splat(bend) * overlap.each,
         };
         if self.changes[0] {
-            let (d0, r, index) = (d0.value, r.value, link.left);
+            let (d0, r, index) = (d0.value, r.value, link.sites[0]);
             let slopes = |of: fn(&Law, f64, f64) -> f64| {
                 slopes(self.directions, |end| of(law_at(&end.chain, index), d0, r))
             };
@@ -477,11 +470,12 @@ impl<'a> Rates<'a> {
             damper = damper + dashpot.here();
         }
         let force = c * elastic + damper * closing;
-        if let Some(s) = link.left {
-            out.push(s, Dual::constant(0.0) - force);
-        }
-        if let Some(s) = link.right {
-            out.push(s, force);
+        for (place, force) in link
+            .sites
+            .into_iter()
+            .zip([Dual::constant(0.0) - force, force])
+        {
+            place.into_iter().for_each(|s| out.push(s, force));
         }
     }
 }
