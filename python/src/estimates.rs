@@ -166,9 +166,9 @@ where
     let fields = all.into_iter().map(open);
     let fields: Vec<Field> = fields.collect::<Result<_, _>>()?;
     let doubts = fields.iter().flat_map(|field| &field.notes);
-    let doubts = doubts.filter(|note| note.is_doubtful()).map(|note| {
-        let advice = note.advice().unwrap_or_default();
-        (note.message(), advice.to_owned())
+    let doubts = doubts.filter(|note| note.is_doubtful).map(|note| {
+        let advice = note.advice.unwrap_or_default();
+        (note.text.clone(), advice.to_owned())
     });
     let doubts = doubts.collect();
     let opened: Vec<&Field> = fields.iter().collect();

@@ -3,6 +3,7 @@
 use wavecascade_formats::Sample;
 
 use super::interpolate::{Interpolant, Interpolation};
+use super::note::resampled;
 use super::resample::Resample;
 use super::{Axis, Note};
 use crate::error::InputFault;
@@ -193,10 +194,9 @@ impl Coordinates {
             Ok((even, jitter)) => {
                 return Ok(Listed {
                     even,
-                    note: jitter.map(|jitter| match jitter.share.abs() <= rules.jitter {
-                        true => Note::Jitter { axis, jitter },
-                        // More than is taken for jitter, so it was explained by rounding.
-                        false => Note::Rounded { axis, jitter },
+                    // More than is taken for jitter was explained by rounding.
+                    note: jitter.map(|jitter| {
+                        Note::jitter(axis, jitter, jitter.share.abs() > rules.jitter)
                     }),
                     resampling: None,
                 });
@@ -223,15 +223,15 @@ impl Coordinates {
         let resampling = Interpolant::new(method, values.to_vec(), places);
         Ok(Listed {
             even: even(step),
-            note: Some(Note::Resampled {
+            note: Some(resampled(
                 axis,
                 method,
-                shift: Jitter {
+                Jitter {
                     share: shift(index),
                     index,
                 },
-                error: resampling.error(),
-            }),
+                resampling.error(),
+            )),
             resampling: Some(resampling),
         })
     }

@@ -18,7 +18,7 @@ use super::stamp::Stamp;
 use super::storage::{Storage, by_rows};
 use super::{Field, Layout, Note, header};
 use crate::error::{CoordinateKind, Error, InputFault, Result};
-use crate::measure::{Time, counted, symbol};
+use crate::measure::{Time, counted, digits, symbol};
 use crate::system::memory::try_with_capacity;
 
 /// A table, with the coordinates that its header and its first column state.
@@ -358,8 +358,11 @@ impl Table<'_> {
         if (1..width).any(is_even) {
             return doubt("rises evenly, and so does another");
         }
-        let step = even.step.unwrap_or(1.0);
-        self.notes.push(Note::FirstColumn { layout, step });
+        let (what, step) = (coordinates.words(), digits(even.step.unwrap_or(1.0)));
+        let text = format!("the first column holds the {what}, since it rises evenly by {step}");
+        let note = Note::told("first-column", text);
+        let advice = "where it holds samples, state `--time-column none`";
+        self.notes.push(note.advising(advice));
         self.clocks.push(Clock {
             column: self.columns[0],
             values: first,

@@ -133,7 +133,7 @@ impl Field {
             return Err(fault(InputFault::Empty));
         }
         let storage = samples.storage().map_err(fault)?;
-        let start = labels.start.map(|time| Note::Start { time });
+        let start = labels.start.map(|time| Note::start(&time));
         let mut notes = Vec::from_iter(start);
         let statements = Statements::default();
         let time = statements.time(&stated, options).map_err(fault)?;

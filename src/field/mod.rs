@@ -190,9 +190,7 @@ pub struct Field {
 impl Field {
     /// Whether nothing states which axis is time, and the other choice is as likely.
     pub(crate) fn has_guessed_layout(&self) -> bool {
-        self.notes
-            .iter()
-            .any(|note| matches!(note, Note::Wide { .. }))
+        self.notes.iter().any(|note| note.code == "wide-array")
     }
 
     /// That both axes have a step above 0, since whoever makes a field may set any.

@@ -104,7 +104,7 @@ fn val_definition_scales_by_channel() {
     let said = field("a.npz", beside(&[("gain", list(&[1.0, 2.0]))])).notes;
     assert!(
         said.iter()
-            .any(|note| note.code() == "unused" && note.is_doubtful())
+            .any(|note| note.code == "unused" && note.is_doubtful)
     );
 }
 
@@ -161,7 +161,7 @@ fn val_numpy_dates_and_spans_of_time() {
             field.time
         );
         assert!(unit.is_some(), "{descr}");
-        let is_dated = field.notes.iter().any(|note| note.code() == "start");
+        let is_dated = field.notes.iter().any(|note| note.code == "start");
         assert_eq!(is_dated, start > 0, "{descr}");
     }
 }
@@ -293,7 +293,7 @@ fn regress_a_stated_step_overrules_in_words() {
             (0.001, Some("s")),
             "{name}"
         );
-        let said: Vec<String> = field.notes.iter().map(|note| note.message()).collect();
+        let said: Vec<&str> = field.notes.iter().map(|note| &note.text[..]).collect();
         let said = said.join("; ");
         let all_said = replaced.iter().all(|one| said.contains(one));
         assert!(

@@ -96,7 +96,7 @@ pub fn run(typed: Inspect, files: &[PathBuf]) -> Result<(), Failure> {
     match &found.field {
         Ok(field) => {
             writeln!(out, "\n{}", styled(HEADING, "as a field"))?;
-            let notes = field.notes.iter().map(|note| note.message());
+            let notes = field.notes.iter().map(|note| note.text.clone());
             for line in std::iter::once(shape(field)).chain(notes) {
                 write!(out, "{}", paragraphs(&[line], width))?;
             }
@@ -174,7 +174,7 @@ fn list_scan(typed: &Inspect, scanned: &Scanned, doubts: &[Warning]) -> Result<(
     let width = terminal::width();
     let title = format!("{} files as a field", records.len());
     writeln!(out, "{}", styled(HEADING, &title))?;
-    let notes = field.notes.iter().map(|note| note.message());
+    let notes = field.notes.iter().map(|note| note.text.clone());
     for line in std::iter::once(shape(field)).chain(notes) {
         write!(out, "{}", paragraphs(&[line], width))?;
     }
@@ -329,6 +329,6 @@ fn of_field(field: &Field) -> Value {
         "unit": field.unit,
         "time": axis(&field.time, field.n_times()),
         "space": axis(&field.space, field.n_sites()),
-        "notes": field.notes.iter().map(|note| note.message()).collect::<Vec<_>>(),
+        "notes": field.notes.iter().map(|note| note.text.clone()).collect::<Vec<_>>(),
     })
 }

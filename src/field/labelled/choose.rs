@@ -108,15 +108,20 @@ impl Choice {
 
     /// What was taken for the field and its axes.
     pub fn note(&self, arrays: &Arrays) -> Note {
-        let name = |place: &Place| {
-            let of = |name: &String| name.trim_start_matches('/').to_owned();
-            place.name.as_ref().map(of)
+        let of = |place: Option<&Place>, what| {
+            let name = place.and_then(|place| place.name.as_deref());
+            let bare = name.map(|name| name.trim_start_matches('/'));
+            bare.map_or(String::new(), |name| format!(", `{name}` its {what}"))
         };
-        Note::Variable {
-            path: arrays.variable(self.variable).path.clone(),
-            time: name(&self.times),
-            space: self.sites.as_ref().and_then(name),
-        }
+        let (times, sites) = (
+            of(Some(&self.times), "times"),
+            of(self.sites.as_ref(), "sites"),
+        );
+        let path = &arrays.variable(self.variable).path;
+        Note::told(
+            "variable",
+            format!("variable `{path}` is the field{times}{sites}"),
+        )
     }
 }
 

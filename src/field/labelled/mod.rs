@@ -271,13 +271,12 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
     let time = axes::axis(&arrays, &time, Some(&choice.times), &mut notes)?;
     let space = axes::axis(&arrays, &space, choice.sites.as_ref(), &mut notes)?;
     // Times that count from a date say so themselves.
-    let is_dated = |note: &Note| matches!(note, Note::Start { .. });
+    let is_dated = |note: &Note| note.code == "start";
     if let Some(start) = attributes.text("start_time")
         && matches!(format, Format::Tdms | Format::MiniSeed)
         && !notes.iter().any(is_dated)
     {
-        let time = start.to_owned();
-        notes.push(Note::Start { time });
+        notes.push(Note::start(start));
     }
     let [scale, offset] = match is_own {
         true => <[f64; 2]>::from(own.linear()).map(Factor::One),
@@ -319,7 +318,10 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
     }
     match options.delays {
         Delays::Ignore => {
-            contents.field.notes.push(Note::Delays);
+            let text = "the traces begin at different times and are read as if they began at one";
+            let advice = "take the times that all have in common with `--delays align`";
+            let note = Note::doubt("delays", text).advising(advice);
+            contents.field.notes.push(note);
             Ok(contents)
         }
         treated => delays::aligned(&arrays, contents, treated),
