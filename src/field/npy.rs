@@ -12,7 +12,7 @@ use super::Layout;
 use super::file_bytes::FileBytes;
 use wavecascade_formats::{
     Attributes, ByteOrder, Container, Dimension, Format, Place, Sample, SampleType, Variable,
-    numpy_times,
+    numpy_times, strides,
 };
 
 use crate::error::InputFault;
@@ -127,17 +127,7 @@ impl Header {
 
     /// Bytes from one index of each dimension to the next.
     pub(crate) fn strides(&self) -> Vec<u64> {
-        let mut next = self.sample.bytes() as u64;
-        let mut strides = vec![0; self.shape.len()];
-        let mut of = |i: usize| {
-            strides[i] = next;
-            next = next.saturating_mul(self.shape[i]);
-        };
-        match self.fortran_order {
-            true => (0..self.shape.len()).for_each(&mut of),
-            false => (0..self.shape.len()).rev().for_each(&mut of),
-        }
-        strides
+        strides(&self.shape, self.sample, self.fortran_order)
     }
 
     /// The lengths of the first two dimensions.
@@ -455,38 +445,12 @@ mod tests {
         assert_eq!(header.data_len(), Ok(48));
     }
 
-    #[test]
-    fn what_numpy_would_not_write_is_refused() {
-        for text in [
-            "",
-            "{",
-            "{}",
-            "{'descr': '<f8'}",
-            "{'descr': '<f8', 'fortran_order': False, 'shape': (3)}",
-            "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4}",
-            "{'descr': '<f8', 'fortran_order': False, 'shape': (-3, 4)}",
-            "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), 'shape': (3, 4)}",
-            "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), 'more': 1}",
-            "{'descr': '<f8', 'fortran_order': 0, 'shape': (3, 4)}",
-            "{'descr': '<f8', 'fortran_order': False, 'shape': [3, 4]}",
-            "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4)} x",
-            "{'descr': '<f8' 'fortran_order': False, 'shape': (3, 4)}",
-            "{'de\\scr': '<f8', 'fortran_order': False, 'shape': (3, 4)}",
-        ] {
-            let fault = Header::parse(&version_1(text)).unwrap_err();
-            assert!(
-                matches!(fault, InputFault::NpyHeader { .. }),
-                "{text}: {fault}"
-            );
-        }
-    }
-
     /// As `numpy.load` of NumPy 2 does.
     #[test]
-    fn val_lengths_are_numbers_of_python() {
-        let parsed = |shape: &str| {
-            let text = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
-            Header::parse(&version_1(&text)).map(|header| header.shape)
+    fn val_numpy_what_it_would_not_write_is_refused() {
+        let parsed = |text: &str| Header::parse(&version_1(text)).map(|header| header.shape);
+        let with_shape = |shape: &str| {
+            format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n")
         };
         for (shape, lengths) in [
             ("(4, 3)", [4, 3]),
@@ -494,13 +458,18 @@ mod tests {
             ("(4L, 3L)", [4, 3]),
             ("(00, 3)", [0, 3]),
         ] {
-            assert_eq!(parsed(shape).unwrap(), lengths, "{shape}");
+            assert_eq!(parsed(&with_shape(shape)).unwrap(), lengths, "{shape}");
         }
-        for shape in [
-            "(04, 3)", "(4, 03)", "(04L, 3)", "(4l, 3)", "(4LL, 3)", "(,)",
-        ] {
-            let fault = parsed(shape).unwrap_err();
-            assert!(matches!(fault, InputFault::NpyHeader { .. }), "{shape}");
+        let shapes = "(04, 3)|(4, 03)|(04L, 3)|(4l, 3)|(4LL, 3)|(,)|(3)|(3, 4|(-3, 4)|[3, 4]|(3, 4) x|\
+                      (3, 4), 'shape': (3, 4)|(3, 4), 'more': 1";
+        let others = "|{|{}|{'descr': '<f8'}|{'descr': '<f8', 'fortran_order': 0, 'shape': (3, 4)}|\
+                      {'descr': '<f8' 'fortran_order': False, 'shape': (3, 4)}|\
+                      {'descr': '<f8', 'fortran_order': False, 'shape': (3, 4)} x|\
+                      {'de\\scr': '<f8', 'fortran_order': False, 'shape': (3, 4)}";
+        let texts = shapes.split('|').map(with_shape);
+        for text in texts.chain(others.split('|').map(str::to_owned)) {
+            let found = parsed(&text);
+            assert!(matches!(found, Err(InputFault::NpyHeader { .. })), "{text}");
         }
     }
 }
