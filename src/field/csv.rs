@@ -3,13 +3,11 @@
 
 use csv::ByteRecord;
 
-use wavecascade_formats::Sample;
-
 use super::beside::{Given, Listing};
 use super::coordinates::Coordinates;
 use super::file_bytes::FileBytes;
-use super::labelled::{dated, since_1970};
-use super::meaning::{Meaning, counts_rows, enclosed, known_as, quantity};
+use super::labelled::counted;
+use super::meaning::{Meaning, counts_rows, enclosed, is_of_column, known_as, quantity, with_unit};
 use super::open::{Contents, FileSource};
 use super::options::{Header, TimeColumn};
 use super::preamble::{Preamble, SETTING_CELLS, length, unit_of};
@@ -18,7 +16,7 @@ use super::stamp::Stamp;
 use super::storage::{Storage, by_rows};
 use super::{Field, Layout, Note, header};
 use crate::error::{CoordinateKind, Error, InputFault, Result};
-use crate::measure::{Time, counted, digits, symbol};
+use crate::measure::{self, Time, digits, symbol};
 use crate::system::memory::try_with_capacity;
 
 /// A table, with the coordinates that its header and its first column state.
@@ -58,7 +56,7 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         notes: match preamble.rows {
             0 => Vec::new(),
             rows => {
-                let rows = counted(rows, "row");
+                let rows = measure::counted(rows, "row");
                 let text = format!("read as settings, not as names or samples: the first {rows}");
                 vec![Note::told("preamble", text)]
             }
@@ -223,7 +221,13 @@ impl Table<'_> {
                 let meaning = row_meaning(self.source.layout());
                 let columns =
                     |is_it: &dyn Fn(usize) -> bool| (0..width).filter(|c| is_it(*c)).collect();
-                let named: Vec<usize> = columns(&|c| known_as(&self.names[c], meaning).is_some());
+                let is_named = |c: usize| {
+                    let name = &self.names[c];
+                    let mut others = self.names.iter().filter(|other| *other != name);
+                    known_as(name, meaning).is_some()
+                        || others.any(|other| is_of_column(name, meaning, other))
+                };
+                let named: Vec<usize> = columns(&is_named);
                 if !named.is_empty() || !self.rows_are_times {
                     return Ok(named);
                 }
@@ -426,23 +430,13 @@ impl Table<'_> {
         let own = self.preamble.unit(clock.column);
         let unit = known_as(name, row_meaning(self.source.layout()))
             .flatten()
-            .or(own.cloned());
-        let may_count = unit.is_none() && self.source.stated.time_unit.is_none();
-        let since = (may_count && self.rows_are_times)
-            .then(|| since_1970(&clock.values))
-            .flatten();
-        // Numbers of many digits are rounded by what holds them.
-        let rounding = clock.rounding.max(Sample::F64.spacing(&clock.values));
-        let dated = since.and_then(|unit| dated(&clock.values, rounding, &unit));
-        match dated {
-            Some(listing) => Listing { place, ..listing },
-            None => Listing {
-                place,
-                values: clock.values.clone(),
-                rounding: clock.rounding,
-                unit,
-                ..Listing::default()
-            },
+            .or(own.cloned())
+            .or(with_unit(name).1.map(str::to_owned));
+        let may_count = self.rows_are_times && self.source.stated.time_unit.is_none();
+        let stored = (&clock.values[..], None);
+        Listing {
+            place,
+            ..counted(stored, [1.0, 0.0], clock.rounding, unit, may_count)
         }
     }
 

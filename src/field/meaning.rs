@@ -44,7 +44,8 @@ use Meaning::*;
 pub(super) const TABLE: &[(Meaning, &str, &str)] = &[
     (
         Meaning::Time,
-        "time t timestamp timestamps datetime date dateandtime utc zeit zeitstempel datum uhrzeit temps tiempo tempo \
+        "time t timestamp timestamps datetime date dateandtime utc epoch epochtime unixtime zeit zeitstempel datum \
+         uhrzeit temps tiempo tempo \
          seconds second secs sec milliseconds millisecond msec ms microseconds microsecond usec us nanoseconds \
          nanosecond nsec ns",
         "",
@@ -95,8 +96,16 @@ pub(super) const TABLE: &[(Meaning, &str, &str)] = &[
         "horizontalunits horizontalunit xunits xunit hunit",
     ),
     (SpaceUnit, "spaceunit spaceunits", ""),
-    (Scale, "scalefactor scalefactors scale scales scaling", ""),
-    (Offset, "addoffset addoffsets offset offsets", ""),
+    (
+        Scale,
+        "scalefactor scalefactors scale scales scaling slope slopes",
+        "",
+    ),
+    (
+        Offset,
+        "addoffset addoffsets offset offsets intercept intercepts",
+        "",
+    ),
     (ValidRange, "validrange", ""),
     (ValidMin, "validmin validminimum", ""),
     (ValidMax, "validmax validmaximum", ""),
@@ -182,6 +191,22 @@ pub(super) fn means(name: &str, meaning: Meaning, is_setting: bool) -> Option<Op
     }
     let (base, unit) = with_unit(name);
     (base != name && is_one(base)).then(|| unit.map(str::to_owned))
+}
+
+/// Whether a name is that of coordinates for another column alone: `t_CH1`, `CH1 time (s)` beside `CH1`.
+pub(super) fn is_of_column(name: &str, meaning: Meaning, other: &str) -> bool {
+    let [name, other] = [name, other].map(|name| with_unit(name).0);
+    let rest = name.strip_suffix(other).or(name.strip_prefix(other));
+    let rest = rest
+        .filter(|_| !other.is_empty())
+        .map(|rest| rest.trim_matches(|c: char| !c.is_alphanumeric()));
+    // A unit behind a name is one of samples.
+    rest.is_some_and(|rest| known_as(rest, meaning) == Some(None))
+}
+
+/// Whether what is called so is added to samples even where nothing scales them: an offset alone is a distance.
+pub(super) fn is_added(name: &str) -> bool {
+    !key(name).starts_with("offset")
 }
 
 /// Whether a column of this name counts the rows of a table.

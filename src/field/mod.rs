@@ -43,7 +43,6 @@ use ndarray::Array2;
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
 
-pub use coordinates::Jitter;
 pub use inspect::{Inspection, VariableInfo, inspect};
 pub use interpolate::Interpolation;
 pub use memory::{ListedAxis, MemoryLabels, MemorySamples, SharedBytes};
