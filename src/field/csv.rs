@@ -1,6 +1,8 @@
 //! Tables of text: one row a time (or a site), cells separated by commas, tabs, semicolons or
 //! blanks, `#` before a comment, an empty cell or `nan` for a gap.
 
+use std::collections::HashSet;
+
 use csv::ByteRecord;
 
 use super::beside::{Given, Listing};
@@ -221,11 +223,11 @@ impl Table<'_> {
                 let meaning = row_meaning(self.source.layout());
                 let columns =
                     |is_it: &dyn Fn(usize) -> bool| (0..width).filter(|c| is_it(*c)).collect();
+                let bases: HashSet<&str> =
+                    self.names.iter().map(|name| with_unit(name).0).collect();
                 let is_named = |c: usize| {
                     let name = &self.names[c];
-                    let mut others = self.names.iter().filter(|other| *other != name);
-                    known_as(name, meaning).is_some()
-                        || others.any(|other| is_of_column(name, meaning, other))
+                    known_as(name, meaning).is_some() || is_of_column(name, meaning, &bases)
                 };
                 let named: Vec<usize> = columns(&is_named);
                 if !named.is_empty() || !self.rows_are_times {

@@ -1,5 +1,7 @@
 //! What the names in files mean: clocks, steps, rates, units, scales. Each meaning is a line of one table.
 
+use std::collections::HashSet;
+
 use super::Quantity;
 use super::labelled::last_name;
 use crate::measure::{Length, Time, symbol};
@@ -193,15 +195,20 @@ pub(super) fn means(name: &str, meaning: Meaning, is_setting: bool) -> Option<Op
     (base != name && is_one(base)).then(|| unit.map(str::to_owned))
 }
 
-/// Whether a name is that of coordinates for another column alone: `t_CH1`, `CH1 time (s)` beside `CH1`.
-pub(super) fn is_of_column(name: &str, meaning: Meaning, other: &str) -> bool {
-    let [name, other] = [name, other].map(|name| with_unit(name).0);
-    let rest = name.strip_suffix(other).or(name.strip_prefix(other));
-    let rest = rest
-        .filter(|_| !other.is_empty())
-        .map(|rest| rest.trim_matches(|c: char| !c.is_alphanumeric()));
+/// Whether a name is that of coordinates for one of `others` alone: `t_CH1`, `CH1 time (s)` beside `CH1`.
+pub(super) fn is_of_column(name: &str, meaning: Meaning, others: &HashSet<&str>) -> bool {
+    let (name, _) = with_unit(name);
+    let is_between = |c: char| !c.is_alphanumeric();
     // A unit behind a name is one of samples.
-    rest.is_some_and(|rest| known_as(rest, meaning) == Some(None))
+    let is_one = |clock: &str, other: &str| {
+        !other.is_empty() && others.contains(other) && known_as(clock, meaning) == Some(None)
+    };
+    let mut cuts = name.match_indices(is_between);
+    cuts.any(|(at, between)| {
+        let parts = [&name[..at], &name[at + between.len()..]];
+        let [first, second] = parts.map(|part| part.trim_matches(is_between));
+        is_one(first, second) || is_one(second, first)
+    })
 }
 
 /// Whether what is called so is added to samples even where nothing scales them: an offset alone is a distance.
