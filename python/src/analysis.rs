@@ -190,8 +190,8 @@ fn described<'py>(py: Python<'py>, field: &Field) -> PyResult<Bound<'py, PyDict>
     out.set_item("dispersion", &field.dispersion)?;
     out.set_item("hash", &field.content_hash)?;
     let notes = field.notes.iter().map(|note| {
-        let advice = note.advice().map(keywords);
-        (keywords(&note.message()), note.is_doubtful(), advice)
+        let advice = note.advice.map(keywords);
+        (keywords(&note.text), note.is_doubtful, advice)
     });
     out.set_item("notes", PyList::new(py, notes)?)?;
     Ok(out)

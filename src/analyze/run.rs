@@ -197,7 +197,7 @@ fn passes<T: Real>(
 /// What to doubt about the field and its results.
 fn warnings(field: &Field, found: &Findings, channels: Vec<Warning>) -> Vec<Warning> {
     let (plan, unit) = (found.all.plan, found.all.prepared.unit());
-    let doubts = field.notes.iter().filter(|note| note.is_doubtful());
+    let doubts = field.notes.iter().filter(|note| note.is_doubtful);
     let mut warnings: Vec<Warning> = doubts.map(Warning::from).collect();
     let all = plan.sites.clone();
     let sites = Sites {

@@ -426,7 +426,7 @@ pub enum CoordinateKind {
 }
 
 impl CoordinateKind {
-    fn words(self) -> &'static str {
+    pub(crate) fn words(self) -> &'static str {
         match self {
             CoordinateKind::Times => "times",
             CoordinateKind::Positions => "positions",

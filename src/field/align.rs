@@ -2,7 +2,6 @@
 
 use super::Note;
 use super::interpolate::{Interpolant, Interpolation};
-use super::note::LOSS;
 use crate::measure::digits;
 
 /// Where a record begins against the first one, in steps.
@@ -151,10 +150,6 @@ impl Alignment {
         } else if left > 1e-4 {
             text += &format!("; up to {} of a sample is left", rounded(left));
         }
-        Some(Note::Told {
-            code: "aligned",
-            text,
-            is_doubtful: error > LOSS,
-        })
+        Some(Note::interpolated("aligned", text, error))
     }
 }

@@ -204,7 +204,7 @@ impl<D: Dimension + Copy> AxisBeside<D> {
             None => Listed::default(),
             Some(Given::Even(even)) => Listed::of(even),
             Some(Given::Listed(listing)) => {
-                notes.extend(listing.start.map(|time| Note::Start { time }));
+                notes.extend(listing.start.map(|time| Note::start(&time)));
                 place = listing.place;
                 let unit = listing.unit.or(self.unit.clone());
                 let step = self.step.as_ref();

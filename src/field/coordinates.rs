@@ -3,6 +3,7 @@
 use wavecascade_formats::Sample;
 
 use super::interpolate::{Interpolant, Interpolation};
+use super::note::resampled;
 use super::resample::Resample;
 use super::{Axis, Note};
 use crate::error::InputFault;
@@ -117,15 +118,11 @@ impl Coordinates {
         };
         let step = (last - first) / (n - 1) as f64;
         if !(step > 0.0 && step.is_finite()) {
-            return Err(worst_step(values));
+            return Err(worst_step(values, false));
         }
         let tolerance = (EVENNESS * (last - first) + rounding).min(step / 20.0);
         let apart = |i: usize| values[i] - (first + i as f64 * step);
-        let even = |step: f64| Coordinates {
-            origin: Some(first),
-            step: Some(step),
-            unit: None,
-        };
+        let even = |step: f64| Coordinates::even(values, step);
         let line = Line::through(values);
         let mut coarse = None;
         if !(0..n).all(|i| apart(i).abs() <= tolerance) {
@@ -145,7 +142,7 @@ impl Coordinates {
                 };
                 return match jitter.share.abs() <= share {
                     true => Ok((even(step), Some(jitter))),
-                    false => Err(worst_step(values)),
+                    false => Err(worst_step(values, false)),
                 };
             }
             let share = deviation / line.step;
@@ -170,11 +167,7 @@ impl Coordinates {
         (rounding, step): (f64, Option<f64>),
         rules: Option<Evenness>,
     ) -> Result<Listed, Uneven> {
-        let even = |step: f64| Coordinates {
-            origin: values.first().copied(),
-            step: Some(step),
-            unit: None,
-        };
+        let even = |step: f64| Coordinates::even(values, step);
         let Some(rules) = rules else {
             return Ok(Listed::of(Coordinates::beside_stated(values)));
         };
@@ -193,10 +186,9 @@ impl Coordinates {
             Ok((even, jitter)) => {
                 return Ok(Listed {
                     even,
-                    note: jitter.map(|jitter| match jitter.share.abs() <= rules.jitter {
-                        true => Note::Jitter { axis, jitter },
-                        // More than is taken for jitter, so it was explained by rounding.
-                        false => Note::Rounded { axis, jitter },
+                    // More than is taken for jitter was explained by rounding.
+                    note: jitter.map(|jitter| {
+                        Note::jitter(axis, jitter, jitter.share.abs() > rules.jitter)
                     }),
                     resampling: None,
                 });
@@ -211,7 +203,7 @@ impl Coordinates {
             return Err(uneven);
         }
         // The worst step is the longest or the shortest one.
-        let longest = longest_step(values);
+        let longest = worst_step(values, true);
         if longest.found > Resample::LONGEST_STEP * longest.expected {
             return Err(longest);
         }
@@ -223,17 +215,25 @@ impl Coordinates {
         let resampling = Interpolant::new(method, values.to_vec(), places);
         Ok(Listed {
             even: even(step),
-            note: Some(Note::Resampled {
+            note: Some(resampled(
                 axis,
                 method,
-                shift: Jitter {
+                Jitter {
                     share: shift(index),
                     index,
                 },
-                error: resampling.error(),
-            }),
+                resampling.error(),
+            )),
             resampling: Some(resampling),
         })
+    }
+
+    fn even(values: &[f64], step: f64) -> Coordinates {
+        Coordinates {
+            origin: values.first().copied(),
+            step: Some(step),
+            unit: None,
+        }
     }
 
     /// Of values whose step is stated elsewhere: their first, and the step that they have if they are even.
@@ -361,30 +361,22 @@ fn meant(step: f64, rounding: f64) -> f64 {
     meant.unwrap_or(step)
 }
 
-/// The first step that does not increase, else the one farthest from the median step.
-fn worst_step(values: &[f64]) -> Uneven {
+/// The longest step of values that increase, if they have a gap; else the first step that does not increase, or the one
+/// farthest from the median step.
+fn worst_step(values: &[f64], is_gap: bool) -> Uneven {
     let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let expected = median(steps.iter().copied()).unwrap_or(0.0).abs();
     let increases = |step: f64| step > 0.0 && step < f64::INFINITY;
     let at = steps.iter().position(|&step| !increases(step));
-    let at = at.unwrap_or_else(|| largest(steps.len(), |i| (steps[i] - expected).abs()));
+    let at = at.unwrap_or_else(|| match is_gap {
+        true => largest(steps.len(), |i| steps[i]),
+        false => largest(steps.len(), |i| (steps[i] - expected).abs()),
+    });
     Uneven {
         index: at + 1,
         expected,
         found: steps[at],
-        is_gap: false,
-    }
-}
-
-/// The longest step beside the median one, of values that increase.
-fn longest_step(values: &[f64]) -> Uneven {
-    let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let at = largest(steps.len(), |i| steps[i]);
-    Uneven {
-        index: at + 1,
-        expected: median(steps.iter().copied()).unwrap_or(0.0),
-        found: steps[at],
-        is_gap: true,
+        is_gap,
     }
 }
 

@@ -1,15 +1,15 @@
 //! Tables of text: one row a time (or a site), cells separated by commas, tabs, semicolons or
 //! blanks, `#` before a comment, an empty cell or `nan` for a gap.
 
-use csv::ByteRecord;
+use std::collections::HashSet;
 
-use wavecascade_formats::Sample;
+use csv::ByteRecord;
 
 use super::beside::{Given, Listing};
 use super::coordinates::Coordinates;
 use super::file_bytes::FileBytes;
-use super::labelled::{dated, since_1970};
-use super::meaning::{Meaning, counts_rows, enclosed, known_as, quantity};
+use super::labelled::counted;
+use super::meaning::{Meaning, counts_rows, enclosed, is_of_column, known_as, quantity, with_unit};
 use super::open::{Contents, FileSource};
 use super::options::{Header, TimeColumn};
 use super::preamble::{Preamble, SETTING_CELLS, length, unit_of};
@@ -18,7 +18,7 @@ use super::stamp::Stamp;
 use super::storage::{Storage, by_rows};
 use super::{Field, Layout, Note, header};
 use crate::error::{CoordinateKind, Error, InputFault, Result};
-use crate::measure::{Time, counted, symbol};
+use crate::measure::{self, Time, digits, symbol};
 use crate::system::memory::try_with_capacity;
 
 /// A table, with the coordinates that its header and its first column state.
@@ -58,7 +58,7 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         notes: match preamble.rows {
             0 => Vec::new(),
             rows => {
-                let rows = counted(rows, "row");
+                let rows = measure::counted(rows, "row");
                 let text = format!("read as settings, not as names or samples: the first {rows}");
                 vec![Note::told("preamble", text)]
             }
@@ -223,7 +223,13 @@ impl Table<'_> {
                 let meaning = row_meaning(self.source.layout());
                 let columns =
                     |is_it: &dyn Fn(usize) -> bool| (0..width).filter(|c| is_it(*c)).collect();
-                let named: Vec<usize> = columns(&|c| known_as(&self.names[c], meaning).is_some());
+                let bases: HashSet<&str> =
+                    self.names.iter().map(|name| with_unit(name).0).collect();
+                let is_named = |c: usize| {
+                    let name = &self.names[c];
+                    known_as(name, meaning).is_some() || is_of_column(name, meaning, &bases)
+                };
+                let named: Vec<usize> = columns(&is_named);
                 if !named.is_empty() || !self.rows_are_times {
                     return Ok(named);
                 }
@@ -358,8 +364,11 @@ impl Table<'_> {
         if (1..width).any(is_even) {
             return doubt("rises evenly, and so does another");
         }
-        let step = even.step.unwrap_or(1.0);
-        self.notes.push(Note::FirstColumn { layout, step });
+        let (what, step) = (coordinates.words(), digits(even.step.unwrap_or(1.0)));
+        let text = format!("the first column holds the {what}, since it rises evenly by {step}");
+        let note = Note::told("first-column", text);
+        let advice = "where it holds samples, state `--time-column none`";
+        self.notes.push(note.advising(advice));
         self.clocks.push(Clock {
             column: self.columns[0],
             values: first,
@@ -423,23 +432,13 @@ impl Table<'_> {
         let own = self.preamble.unit(clock.column);
         let unit = known_as(name, row_meaning(self.source.layout()))
             .flatten()
-            .or(own.cloned());
-        let may_count = unit.is_none() && self.source.stated.time_unit.is_none();
-        let since = (may_count && self.rows_are_times)
-            .then(|| since_1970(&clock.values))
-            .flatten();
-        // Numbers of many digits are rounded by what holds them.
-        let rounding = clock.rounding.max(Sample::F64.spacing(&clock.values));
-        let dated = since.and_then(|unit| dated(&clock.values, rounding, &unit));
-        match dated {
-            Some(listing) => Listing { place, ..listing },
-            None => Listing {
-                place,
-                values: clock.values.clone(),
-                rounding: clock.rounding,
-                unit,
-                ..Listing::default()
-            },
+            .or(own.cloned())
+            .or(with_unit(name).1.map(str::to_owned));
+        let may_count = self.rows_are_times && self.source.stated.time_unit.is_none();
+        let stored = (&clock.values[..], None);
+        Listing {
+            place,
+            ..counted(stored, [1.0, 0.0], clock.rounding, unit, may_count)
         }
     }
 

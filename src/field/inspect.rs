@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use wavecascade_formats::{Attributes, Container, Coordinate, Place, SampleType, Value, Variable};
+use wavecascade_formats::{Attributes, Container, Coordinate, Format, Place, Value, Variable};
 
 use super::Field;
 use super::labelled::{Arrays, dimensions};
-use super::open::{FileSource, Format, Opened};
+use super::open::{FileSource, Opened};
 use super::options::{OpenOptions, ReadMode};
 use super::sidecar::Sidecar;
 use crate::error::Result;
@@ -62,18 +62,18 @@ pub fn inspect(path: &Path, options: &OpenOptions) -> Result<Inspection> {
         stated: Sidecar::default(),
     };
     let (attributes, variables) = match format {
-        Format::Labelled(format) => {
+        Format::Table => (Vec::new(), Vec::new()),
+        format => {
             let container = Arrays::open(&source, format)?.container;
             // One array without a name is not listed.
-            let is_listed = format != wavecascade_formats::Format::Npy;
+            let is_listed = format != Format::Npy;
             let listed = container.variables.iter().filter(|_| is_listed);
             let infos = listed.map(|v| info(&container, v)).collect();
             (texts(&container.attributes), infos)
         }
-        Format::Table => (Vec::new(), Vec::new()),
     };
     Ok(Inspection {
-        format: format.name(),
+        format: format.to_string(),
         attributes,
         variables,
         field: Field::open(path, &options),
@@ -94,10 +94,7 @@ fn info(container: &Container, variable: &Variable) -> VariableInfo {
     VariableInfo {
         path: variable.path.clone(),
         dimensions: dimensions(variable),
-        sample: match &variable.sample_type {
-            SampleType::Number(sample) => sample.name().to_owned(),
-            SampleType::Other(other) => other.clone(),
-        },
+        sample: variable.sample_type.name().to_owned(),
         is_in_place: matches!(variable.place, Place::Strided { .. }),
         coordinates: all.map(|d| coordinate(&d.coordinate, d.len)).collect(),
         attributes: texts(&variable.attributes),

@@ -1,5 +1,7 @@
 //! What the names in files mean: clocks, steps, rates, units, scales. Each meaning is a line of one table.
 
+use std::collections::HashSet;
+
 use super::Quantity;
 use super::labelled::last_name;
 use crate::measure::{Length, Time, symbol};
@@ -44,7 +46,8 @@ use Meaning::*;
 pub(super) const TABLE: &[(Meaning, &str, &str)] = &[
     (
         Meaning::Time,
-        "time t timestamp timestamps datetime date dateandtime utc zeit zeitstempel datum uhrzeit temps tiempo tempo \
+        "time t timestamp timestamps datetime date dateandtime utc epoch epochtime unixtime zeit zeitstempel datum \
+         uhrzeit temps tiempo tempo \
          seconds second secs sec milliseconds millisecond msec ms microseconds microsecond usec us nanoseconds \
          nanosecond nsec ns",
         "",
@@ -95,8 +98,16 @@ pub(super) const TABLE: &[(Meaning, &str, &str)] = &[
         "horizontalunits horizontalunit xunits xunit hunit",
     ),
     (SpaceUnit, "spaceunit spaceunits", ""),
-    (Scale, "scalefactor scalefactors scale scales scaling", ""),
-    (Offset, "addoffset addoffsets offset offsets", ""),
+    (
+        Scale,
+        "scalefactor scalefactors scale scales scaling slope slopes",
+        "",
+    ),
+    (
+        Offset,
+        "addoffset addoffsets offset offsets intercept intercepts",
+        "",
+    ),
     (ValidRange, "validrange", ""),
     (ValidMin, "validmin validminimum", ""),
     (ValidMax, "validmax validmaximum", ""),
@@ -182,6 +193,27 @@ pub(super) fn means(name: &str, meaning: Meaning, is_setting: bool) -> Option<Op
     }
     let (base, unit) = with_unit(name);
     (base != name && is_one(base)).then(|| unit.map(str::to_owned))
+}
+
+/// Whether a name is that of coordinates for one of `others` alone: `t_CH1`, `CH1 time (s)` beside `CH1`.
+pub(super) fn is_of_column(name: &str, meaning: Meaning, others: &HashSet<&str>) -> bool {
+    let (name, _) = with_unit(name);
+    let is_between = |c: char| !c.is_alphanumeric();
+    // A unit behind a name is one of samples.
+    let is_one = |clock: &str, other: &str| {
+        !other.is_empty() && others.contains(other) && known_as(clock, meaning) == Some(None)
+    };
+    let mut cuts = name.match_indices(is_between);
+    cuts.any(|(at, between)| {
+        let parts = [&name[..at], &name[at + between.len()..]];
+        let [first, second] = parts.map(|part| part.trim_matches(is_between));
+        is_one(first, second) || is_one(second, first)
+    })
+}
+
+/// Whether what is called so is added to samples even where nothing scales them: an offset alone is a distance.
+pub(super) fn is_added(name: &str) -> bool {
+    !key(name).starts_with("offset")
 }
 
 /// Whether a column of this name counts the rows of a table.

@@ -133,7 +133,7 @@ impl Field {
             return Err(fault(InputFault::Empty));
         }
         let storage = samples.storage().map_err(fault)?;
-        let start = labels.start.map(|time| Note::Start { time });
+        let start = labels.start.map(|time| Note::start(&time));
         let mut notes = Vec::from_iter(start);
         let statements = Statements::default();
         let time = statements.time(&stated, options).map_err(fault)?;
@@ -159,17 +159,11 @@ impl Field {
 impl From<ListedAxis> for Listing {
     /// Counted from the first, if the unit counts from a date.
     fn from(listed: ListedAxis) -> Listing {
-        let unit = listed.unit.as_deref().unwrap_or_default();
-        let dated = labelled::dated(&listed.values, listed.rounding, unit);
-        match dated {
-            Some(dated) => dated,
-            None => Listing {
-                values: listed.values,
-                rounding: listed.rounding,
-                unit: listed.unit,
-                step: listed.step,
-                ..Listing::default()
-            },
+        let stored = (&listed.values[..], None);
+        let found = labelled::counted(stored, [1.0, 0.0], listed.rounding, listed.unit, false);
+        Listing {
+            step: listed.step.filter(|_| found.start.is_none()),
+            ..found
         }
     }
 }

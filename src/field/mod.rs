@@ -43,7 +43,6 @@ use ndarray::Array2;
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
 
-pub use coordinates::Jitter;
 pub use inspect::{Inspection, VariableInfo, inspect};
 pub use interpolate::Interpolation;
 pub use memory::{ListedAxis, MemoryLabels, MemorySamples, SharedBytes};
@@ -190,9 +189,7 @@ pub struct Field {
 impl Field {
     /// Whether nothing states which axis is time, and the other choice is as likely.
     pub(crate) fn has_guessed_layout(&self) -> bool {
-        self.notes
-            .iter()
-            .any(|note| matches!(note, Note::Wide { .. }))
+        self.notes.iter().any(|note| note.code == "wide-array")
     }
 
     /// That both axes have a step above 0, since whoever makes a field may set any.

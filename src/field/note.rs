@@ -4,189 +4,83 @@ use super::coordinates::{Coordinates, Jitter};
 use super::interpolate::Interpolation;
 use super::meaning::of_unit;
 use super::storage::Storage;
-use super::{Axis, Layout, Quantity};
+use super::{Axis, Quantity};
 use crate::measure::{Frequency, Length, Time, digits, symbol};
 use crate::unit::unknown_word;
 
 /// Change of amplitudes by resampling, at half the Nyquist frequency, above which spectra are doubtful.
-pub(super) const LOSS: f64 = 0.05;
+const LOSS: f64 = 0.05;
 
 /// A conclusion about a file, with how to state otherwise.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Note {
-    /// A variable of a file that was taken for the field, and the names of its times and positions.
-    Variable {
-        path: String,
-        time: Option<String>,
-        space: Option<String>,
-    },
-    /// The time of the first sample, from which times count.
-    Start { time: String },
-    /// Traces that begin at different times, which were read as beginning at one.
-    Delays,
-    /// Coordinates that are even but for a jitter.
-    Jitter { axis: &'static str, jitter: Jitter },
-    /// Coordinates that are even to the precision of the numbers that hold them, which is coarse.
-    Rounded { axis: &'static str, jitter: Jitter },
-    /// What else was concluded, or is doubted.
-    Told {
-        code: &'static str,
-        text: String,
-        is_doubtful: bool,
-    },
-    /// Samples at uneven coordinates that were brought to even ones.
-    Resampled {
-        axis: &'static str,
-        method: Interpolation,
-        /// The largest distance of a sample from the place of its index on the even axis.
-        shift: Jitter,
-        /// The largest [`Interpolation::error`].
-        error: f64,
-    },
-    /// The first column of a table was taken for times (or positions) since it rises evenly.
-    FirstColumn { layout: Layout, step: f64 },
-    /// An array of at least eight times as many columns as rows was taken for `(time, site)`.
-    Wide { rows: usize, columns: usize },
-    /// The first site of an array rises evenly, as times do.
-    RisingSite { step: f64 },
-    /// A unit of samples, times or positions (`what`) that is none, or one of something else.
-    Unit {
-        code: &'static str,
-        what: &'static str,
-        text: String,
-    },
+pub struct Note {
+    /// Stable name, for programs.
+    pub code: &'static str,
+    /// The conclusion as one sentence.
+    pub text: String,
+    /// Whether it may be wrong.
+    pub is_doubtful: bool,
+    /// What the user can do about it.
+    pub advice: Option<&'static str>,
 }
 
 impl Note {
-    /// What the user can do about it.
-    pub fn advice(&self) -> Option<&'static str> {
-        match self {
-            Note::Delays => Some("take the times that all have in common with `--delays align`"),
-            Note::Resampled { .. }
-            | Note::Told {
-                code: "aligned", ..
-            } if self.is_doubtful() => Some(
-                "where high frequencies or wavenumbers count, use `--resample cubic`, or sample evenly",
-            ),
-            Note::FirstColumn { .. } => Some("where it holds samples, state `--time-column none`"),
-            Note::Wide { .. } => Some(
-                "state one of them, or save the times with the array: `numpy.savez(path, v=array, t=times)`",
-            ),
-            Note::RisingSite { .. } => Some(
-                "if it holds times, save the array without it and state `--dt`, or save the times \
-                 apart: `numpy.savez(path, v=array, t=times)`",
-            ),
-            Note::Unit { what, .. } => Some(match *what {
-                "times" => {
-                    "state `--time-unit`, such as s, or `--layout` if the axes are exchanged"
-                }
-                "positions" => {
-                    "state `--space-unit`, such as m, or `--layout` if the axes are exchanged"
-                }
-                _ => "state `--unit`, such as m/s, or `--quantity`",
-            }),
-            _ => None,
-        }
-    }
-
-    /// Stable name, for programs.
-    pub fn code(&self) -> &'static str {
-        self.kind().0
-    }
-
-    /// Whether the conclusion may be wrong.
-    pub fn is_doubtful(&self) -> bool {
-        self.kind().1
-    }
-
-    /// Its name, and whether it may be wrong.
-    fn kind(&self) -> (&'static str, bool) {
-        match self {
-            Note::Variable { .. } => ("variable", false),
-            Note::Start { .. } => ("start", false),
-            Note::Delays => ("delays", true),
-            Note::Jitter { .. } => ("jitter", false),
-            Note::Rounded { .. } => ("rounded", false),
-            Note::Told {
-                code, is_doubtful, ..
-            } => (*code, *is_doubtful),
-            Note::Resampled { error, .. } => ("resampled", *error > LOSS),
-            Note::FirstColumn { .. } => ("first-column", false),
-            Note::Wide { .. } => ("wide-array", true),
-            Note::RisingSite { .. } => ("rising-site", true),
-            Note::Unit { code, .. } => (*code, true),
-        }
-    }
-
-    /// The inference as one sentence.
-    pub fn message(&self) -> String {
-        match self {
-            Note::Variable { path, time, space } => {
-                let of = |name: &Option<String>, what| {
-                    let name = name.as_ref();
-                    name.map_or(String::new(), |name| format!(", `{name}` its {what}"))
-                };
-                let (times, sites) = (of(time, "times"), of(space, "sites"));
-                format!("variable `{path}` is the field{times}{sites}")
-            }
-            Note::Start { time } => format!("times count from {time}"),
-            Note::Delays => {
-                "the traces begin at different times and are read as if they began at one".into()
-            }
-            Note::Jitter { axis, jitter } | Note::Rounded { axis, jitter } => {
-                let how = match self {
-                    Note::Jitter { .. } => "taken as even;",
-                    _ => "even to the precision of their numbers, which is coarse:",
-                };
-                let (index, share) = (jitter.index, of_step(jitter.share));
-                format!(
-                    "the {axis} coordinates are {how} index {index} deviates by {share} of a step, which is \
-                     the most"
-                )
-            }
-            Note::Told { text, .. } | Note::Unit { text, .. } => text.clone(),
-            Note::Resampled {
-                axis,
-                method,
-                shift,
-                error,
-            } => resampled(axis, *method, shift, *error),
-            Note::FirstColumn { layout, step } => {
-                let what = match layout {
-                    Layout::TimeSite => "times",
-                    Layout::SiteTime => "positions",
-                };
-                let step = digits(*step);
-                format!("the first column holds the {what}, since it rises evenly by {step}")
-            }
-            Note::Wide { rows, columns } => format!(
-                "nothing states which axis is time: `--layout time-site` reads {rows} times of {columns} sites, \
-                 `--layout site-time` {columns} times of {rows} sites"
-            ),
-            Note::RisingSite { step } => format!(
-                "the first site rises evenly by {}, as a column of times does",
-                digits(*step)
-            ),
-        }
-    }
-
     /// What was concluded.
     pub(super) fn told(code: &'static str, text: impl Into<String>) -> Note {
-        Note::Told {
+        Note {
             code,
             text: text.into(),
             is_doubtful: false,
+            advice: None,
         }
     }
 
     /// What is doubted.
     pub(super) fn doubt(code: &'static str, text: impl Into<String>) -> Note {
-        Note::Told {
-            code,
-            text: text.into(),
+        Note {
             is_doubtful: true,
+            ..Note::told(code, text)
         }
+    }
+
+    /// The same with what to do about it.
+    pub(super) fn advising(self, advice: &'static str) -> Note {
+        Note {
+            advice: Some(advice),
+            ..self
+        }
+    }
+
+    /// The time of the first sample, from which times count.
+    pub(super) fn start(time: &str) -> Note {
+        Note::told("start", format!("times count from {time}"))
+    }
+
+    /// A change of amplitudes by interpolation, doubtful where it is large.
+    pub(super) fn interpolated(code: &'static str, text: String, error: f64) -> Note {
+        match error > LOSS {
+            true => Note::doubt(code, text).advising(
+                "where high frequencies or wavenumbers count, use `--resample cubic`, or sample evenly",
+            ),
+            false => Note::told(code, text),
+        }
+    }
+
+    /// Coordinates that are even but for a jitter, or to the precision of the numbers that hold them.
+    pub(super) fn jitter(axis: &str, jitter: Jitter, is_rounding: bool) -> Note {
+        let (code, how) = match is_rounding {
+            true => (
+                "rounded",
+                "even to the precision of their numbers, which is coarse:",
+            ),
+            false => ("jitter", "taken as even;"),
+        };
+        let (index, share) = (jitter.index, of_step(jitter.share));
+        let text = format!(
+            "the {axis} coordinates are {how} index {index} deviates by {share} of a step, which is the most"
+        );
+        Note::told(code, text)
     }
 
     /// Notes on the units of the samples and of both axes.
@@ -212,7 +106,12 @@ impl Note {
 
     /// A note on an array without a stated layout.
     pub(super) fn on_shape(rows: usize, columns: usize) -> Option<Note> {
-        (columns > rows).then_some(Note::Wide { rows, columns })
+        let text = format!(
+            "nothing states which axis is time: `--layout time-site` reads {rows} times of {columns} sites, \
+             `--layout site-time` {columns} times of {rows} sites"
+        );
+        let advice = "state one of them, or save the times with the array: `numpy.savez(path, v=array, t=times)`";
+        (columns > rows).then(|| Note::doubt("wide-array", text).advising(advice))
     }
 
     /// A note on samples whose first site rises evenly where the second one does not.
@@ -230,10 +129,12 @@ impl Note {
             Coordinates::fit(&record, largest * rounding).ok()
         };
         let step = fit(0, storage.relative_rounding())?.step?;
-        match fit(1, 1.0) {
-            None => Some(Note::RisingSite { step }),
-            Some(_) => None,
-        }
+        let step = digits(step);
+        let text = format!("the first site rises evenly by {step}, as a column of times does");
+        let advice = "if it holds times, save the array without it and state `--dt`, or save the times \
+                      apart: `numpy.savez(path, v=array, t=times)`";
+        let is_alone = fit(1, 1.0).is_none();
+        is_alone.then(|| Note::doubt("rising-site", text).advising(advice))
     }
 }
 
@@ -257,7 +158,11 @@ fn on_unit(
             )
         }
     };
-    Some(Note::Unit { code, what, text })
+    Some(Note::doubt(code, text).advising(match what {
+        "times" => "state `--time-unit`, such as s, or `--layout` if the axes are exchanged",
+        "positions" => "state `--space-unit`, such as m, or `--layout` if the axes are exchanged",
+        _ => "state `--unit`, such as m/s, or `--quantity`",
+    }))
 }
 
 /// A unit behind a number.
@@ -271,8 +176,9 @@ fn of_step(share: f64) -> String {
     digits(format!("{share:.1e}").parse().unwrap_or(share))
 }
 
-/// What resampling has done.
-fn resampled(axis: &str, method: Interpolation, shift: &Jitter, error: f64) -> String {
+/// Samples at uneven coordinates that were brought to even ones: the largest distance of a sample from the place of its
+/// index, and the largest [`Interpolation::error`].
+pub(super) fn resampled(axis: &str, method: Interpolation, shift: Jitter, error: f64) -> Note {
     let nyquist = match axis {
         "time" => "frequency",
         _ => "wavenumber",
@@ -281,12 +187,13 @@ fn resampled(axis: &str, method: Interpolation, shift: &Jitter, error: f64) -> S
         Interpolation::Nearest => "are off by up to",
         Interpolation::Linear | Interpolation::Cubic => "lose up to",
     };
-    format!(
+    let text = format!(
         "samples are resampled to even {axis} coordinates ({} interpolation); index {} was {} of a step \
          off its place, which is the most; amplitudes at half the Nyquist {nyquist} {effect} {} %",
         method.name(),
         shift.index,
         of_step(shift.share),
         digits((error * 1e3).round() / 10.0)
-    )
+    );
+    Note::interpolated("resampled", text, error)
 }

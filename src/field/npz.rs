@@ -171,9 +171,9 @@ impl<'a> Archive<'a> {
         const SHORT: u64 = 1000;
         let header = self
             .prefix(index)
-            .and_then(|prefix| npy::TextHeader::parse(&prefix));
+            .and_then(|prefix| npy::Header::parse_text(&prefix));
         match header {
-            Ok(header) if header.length <= SHORT => self.text_at(index).map(Some),
+            Ok(header) if header.shape[0] <= SHORT => self.text_at(index).map(Some),
             _ => Ok(None),
         }
     }
@@ -318,20 +318,17 @@ impl<'a> Archive<'a> {
 
     fn text_at(&mut self, index: usize) -> Result<String> {
         let header = self.prefix(index).and_then(|prefix| {
-            let header = npy::TextHeader::parse(&prefix)?;
-            if header.length > TEXT_LIMIT {
-                return Err(InputFault::TextLength {
-                    found: header.length,
-                    limit: TEXT_LIMIT,
-                });
+            let header = npy::Header::parse_text(&prefix)?;
+            let (found, limit) = (header.shape[0], TEXT_LIMIT);
+            match found > limit {
+                true => Err(InputFault::TextLength { found, limit }),
+                false => Ok((header.file_len()?, header)),
             }
-            Ok(header)
         });
-        let header = header.map_err(|fault| self.member_fault(index, fault))?;
-        let expected = header.file_len();
+        let (expected, header) = header.map_err(|fault| self.member_fault(index, fault))?;
         let (bytes, start) = self.bytes(index, expected)?;
         let range = start + header.data_start..start + expected as usize;
-        let text = header.decode(&bytes.as_slice()[range]);
+        let text = header.text(&bytes.as_slice()[range]);
         text.map_err(|fault| self.member_fault(index, fault))
     }
 

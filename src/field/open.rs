@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use wavecascade_formats::Format as Labelled;
+use wavecascade_formats::Format;
 
 use super::coordinates::{Coordinates, Listed};
 use super::file_bytes::FileBytes;
@@ -58,16 +58,16 @@ pub(super) struct Opened {
 impl Opened {
     /// The file at `path`, or the store that is a directory.
     pub(super) fn at(path: &Path, options: &OpenOptions) -> Result<Opened> {
-        if let Some(format) = Labelled::detect_directory(path) {
+        if let Some(format) = Format::detect_directory(path) {
             return Ok(Opened {
                 bytes: FileBytes::of_directory(),
                 state: None,
-                format: Format::Labelled(format),
+                format,
             });
         }
         let allow = |length| options.allow("a copy of the file", length);
         let (bytes, state) = FileBytes::open(path, options.read, allow)?;
-        let format = Format::detect(path, &bytes).map_err(Error::input(path))?;
+        let format = detect(path, &bytes).map_err(Error::input(path))?;
         Ok(Opened {
             bytes,
             state: Some(state),
@@ -167,13 +167,13 @@ impl Field {
         options.check()?;
         let opened = Opened::at(path, options)?;
         let (bytes, state, format) = (opened.bytes, opened.state, opened.format);
-        format.check(path, options)?;
+        check(format, path, options)?;
         // The `run.toml` next to a run is its scene, and `field.toml` next to a field that this program
         // wrote that of the file it was made of: not a sidecar.
         let is_own = match format {
-            Format::Labelled(Labelled::Npz) => npz::own_parts(&bytes)[0],
-            Format::Labelled(_) => labelled::own(Arc::clone(&bytes)).is_some(),
+            Format::Npz => npz::own_parts(&bytes)[0],
             Format::Table => false,
+            _ => labelled::own(Arc::clone(&bytes)).is_some(),
         };
         let sidecar = Sidecar::find_for(path, is_own)?.map(|(_, sidecar)| sidecar);
         let source = FileSource {
@@ -184,7 +184,7 @@ impl Field {
         };
         let contents = match format {
             Format::Table => csv::read(&source)?,
-            Format::Labelled(format) => labelled::read(&source, format)?,
+            format => labelled::read(&source, format)?,
         };
         // A copy is hashed at once: the file may be another when its hash is wanted.
         let is_copy = source.bytes.is_copy();
@@ -243,7 +243,7 @@ pub(super) fn header_numbers(
     asked: Option<&str>,
 ) -> Result<Vec<NamedNumber>> {
     let bytes = map(path)?;
-    let format = Format::detect(path, &bytes).map_err(Error::input(path))?;
+    let format = detect(path, &bytes).map_err(Error::input(path))?;
     let sidecar = Sidecar::find_for(path, false)?.map(|(_, sidecar)| sidecar);
     let sidecar = sidecar.unwrap_or_default();
     let x0 = sidecar.x0.map(|x0| NamedNumber {
@@ -262,8 +262,8 @@ pub(super) fn header_numbers(
         stated: Sidecar::default(),
     };
     let mut numbers = match format {
-        Format::Labelled(format) => labelled::Arrays::open(&source, format)?.positions(asked)?,
         Format::Table => Vec::new(),
+        format => labelled::Arrays::open(&source, format)?.positions(asked)?,
     };
     numbers.extend(x0.filter(|_| asked.is_none_or(|asked| asked == "x0")));
     Ok(numbers)
@@ -345,85 +345,69 @@ pub fn file_hash(path: &Path) -> Result<String> {
     Ok(map(path)?.hash_releasing())
 }
 
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Format {
-    Table,
-    /// Of named arrays.
-    Labelled(Labelled),
+/// Checks that every option applies to the format.
+fn check(format: Format, path: &Path, options: &OpenOptions) -> Result<()> {
+    let is_table = format == Format::Table;
+    let is_array = format == Format::Npy;
+    let has_header = options.header != Header::Detect;
+    let has_column = options.time_column != TimeColumn::Detect;
+    let has_dimension = [&options.time_dim, &options.space_dim].map(Option::is_some);
+    let arrays = "a file of several arrays";
+    let (dimensions, table) = ("a file of arrays with dimensions", "a table of text");
+    let useless = [
+        (
+            "variable",
+            options.variable.is_some() && (is_table || is_array),
+            arrays,
+        ),
+        ("time-dim", has_dimension[0] && is_table, dimensions),
+        ("space-dim", has_dimension[1] && is_table, dimensions),
+        ("at", !options.at.is_empty() && is_table, dimensions),
+        ("header", has_header && !is_table, table),
+        ("time-column", has_column && !is_table, table),
+    ];
+    match useless.into_iter().find(|(_, is_useless, _)| *is_useless) {
+        None => Ok(()),
+        Some((option, _, expected)) => Err(Error::request(
+            option,
+            format!("{expected}, which alone it is for"),
+            format!("{}, {format}", path.display()),
+        )),
+    }
 }
 
-impl Format {
-    /// Checks that every option applies to the format.
-    fn check(&self, path: &Path, options: &OpenOptions) -> Result<()> {
-        let is_table = matches!(self, Format::Table);
-        let is_array = matches!(self, Format::Labelled(Labelled::Npy));
-        let has_header = options.header != Header::Detect;
-        let has_column = options.time_column != TimeColumn::Detect;
-        let has_dimension = [&options.time_dim, &options.space_dim].map(Option::is_some);
-        let arrays = "a file of several arrays";
-        let (dimensions, table) = ("a file of arrays with dimensions", "a table of text");
-        let useless = [
-            (
-                "variable",
-                options.variable.is_some() && (is_table || is_array),
-                arrays,
-            ),
-            ("time-dim", has_dimension[0] && is_table, dimensions),
-            ("space-dim", has_dimension[1] && is_table, dimensions),
-            ("at", !options.at.is_empty() && is_table, dimensions),
-            ("header", has_header && !is_table, table),
-            ("time-column", has_column && !is_table, table),
-        ];
-        match useless.into_iter().find(|(_, is_useless, _)| *is_useless) {
-            None => Ok(()),
-            Some((option, _, expected)) => Err(Error::request(
-                option,
-                format!("{expected}, which alone it is for"),
-                format!("{}, {}", path.display(), self.name()),
-            )),
-        }
+/// Detects the format from the magic bytes, else from the extension.
+fn detect(path: &Path, bytes: &[u8]) -> Result<Format, InputFault> {
+    if bytes.starts_with(npy::MAGIC) {
+        return Ok(Format::Npy);
     }
-
-    pub(super) fn name(&self) -> String {
-        match self {
-            Format::Table => "a table of text".into(),
-            Format::Labelled(format) => format.to_string(),
-        }
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    let extension = extension.to_string_lossy();
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    // Numbers of a table may look like the header of a text format.
+    let is_table = matches!(extension.as_ref(), "csv" | "tsv");
+    let labelled = Format::detect(&name, bytes);
+    if let Some(format) = labelled.filter(|_| !is_table) {
+        return Ok(format);
     }
-
-    /// Detects the format from the magic bytes, else from the extension.
-    pub(super) fn detect(path: &Path, bytes: &[u8]) -> Result<Format, InputFault> {
-        if bytes.starts_with(npy::MAGIC) {
-            return Ok(Format::Labelled(Labelled::Npy));
-        }
-        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-        let extension = extension.to_string_lossy();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        // Numbers of a table may look like the header of a text format.
-        let is_table = matches!(extension.as_ref(), "csv" | "tsv");
-        let labelled = Labelled::detect(&name, bytes);
-        if let Some(format) = labelled.filter(|_| !is_table) {
-            return Ok(Format::Labelled(format));
-        }
-        // What a text is called says nothing of what it is.
-        let (name, called) = match is_text(bytes) {
-            true => ("", "text with the extension"),
-            false => (extension.as_ref(), "the extension"),
-        };
-        if let Some(format) = ForeignFormat::detect(name, bytes) {
-            return Err(InputFault::ForeignFormat { format });
-        }
-        if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
-            return Ok(Format::Labelled(Labelled::Npz));
-        }
-        match extension.as_ref() {
-            "npy" => Ok(Format::Labelled(Labelled::Npy)),
-            "npz" => Ok(Format::Labelled(Labelled::Npz)),
-            "csv" | "tsv" | "txt" => Ok(Format::Table),
-            other => Err(InputFault::UnknownFormat {
-                found: format!("{called} {other:?}"),
-            }),
-        }
+    // What a text is called says nothing of what it is.
+    let (name, called) = match is_text(bytes) {
+        true => ("", "text with the extension"),
+        false => (extension.as_ref(), "the extension"),
+    };
+    if let Some(format) = ForeignFormat::detect(name, bytes) {
+        return Err(InputFault::ForeignFormat { format });
+    }
+    if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
+        return Ok(Format::Npz);
+    }
+    match extension.as_ref() {
+        "npy" => Ok(Format::Npy),
+        "npz" => Ok(Format::Npz),
+        "csv" | "tsv" | "txt" => Ok(Format::Table),
+        other => Err(InputFault::UnknownFormat {
+            found: format!("{called} {other:?}"),
+        }),
     }
 }
 

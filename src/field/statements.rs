@@ -6,7 +6,7 @@ use wavecascade_formats::Value;
 use super::Note;
 use super::beside::{AxisBeside, Known};
 use super::meaning::Meaning::{self, *};
-use super::meaning::{LIKE, TABLE, hertz, key, means, with_unit};
+use super::meaning::{LIKE, TABLE, hertz, is_added, key, means, with_unit};
 use super::options::{Label, OpenOptions};
 use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
@@ -272,10 +272,7 @@ impl Statements {
     ) -> Result<[Factor; 2], InputFault> {
         let has_scale = self.of(Scale).next().is_some();
         let mut factor = |meaning, what, neutral| {
-            // What is called an offset alone is a distance.
-            let is_one = |one: &Statement| {
-                meaning == Scale || has_scale || key(&one.name).starts_with("add")
-            };
+            let is_one = |one: &Statement| meaning == Scale || has_scale || is_added(&one.name);
             let found = self.lists(meaning).filter(|(one, _)| is_one(one));
             let found: Vec<(&Statement, Vec<f64>)> = found.collect();
             let Some((first, numbers)) = found.first() else {

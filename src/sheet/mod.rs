@@ -154,8 +154,8 @@ impl Warning {
 impl From<&Note> for Warning {
     /// A conclusion about the file of a field.
     fn from(note: &Note) -> Warning {
-        let advice = note.advice().unwrap_or_default();
-        Warning::new(note.message(), advice).coded(note.code(), json!({}))
+        let advice = note.advice.unwrap_or_default();
+        Warning::new(note.text.clone(), advice).coded(note.code, json!({}))
     }
 }
 

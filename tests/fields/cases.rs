@@ -9,7 +9,7 @@ use test_support::made::{axis, values};
 use test_support::place::Place;
 use wavecascade::Field;
 use wavecascade::error::InputFault;
-use wavecascade::field::{At, Axis, Label, Note, OpenOptions, Quantity, ReadMode};
+use wavecascade::field::{At, Axis, Label, OpenOptions, Quantity, ReadMode};
 
 fn beside(name: &str) -> Field {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/input_formats");
@@ -36,7 +36,7 @@ fn val_peer_rates_and_units_beside_the_samples() {
         assert_eq!(field.space, space, "{name}");
         assert_eq!(field.unit.as_deref(), Some("mm/s"));
         assert_eq!(field.quantity, Quantity::Velocity);
-        let said: Vec<String> = field.notes.iter().map(Note::message).collect();
+        let said: Vec<&str> = field.notes.iter().map(|note| &note.text[..]).collect();
         let said = said.join("\n");
         assert!(said.contains("fs` = 100000 is the sampling rate"), "{said}");
         assert!(said.contains("unit` = \"mm/s\" is the unit"), "{said}");
@@ -125,8 +125,8 @@ fn regress_what_a_reader_doubts_is_a_warning() {
     let doubt = field
         .notes
         .iter()
-        .find(|note| note.code() == "remark")
+        .find(|note| note.code == "remark")
         .unwrap();
-    assert!(doubt.is_doubtful(), "{doubt:?}");
-    assert!(doubt.message().contains("image flags"), "{doubt:?}");
+    assert!(doubt.is_doubtful, "{doubt:?}");
+    assert!(doubt.text.contains("image flags"), "{doubt:?}");
 }

@@ -121,7 +121,7 @@ fn regress_npz_coordinates_that_changed() {
                 if let Ok(field) = Field::open(path, &OpenOptions::default()) {
                     let axes = [&field.time, &field.space].map(|axis| (axis.origin, axis.step));
                     assert_eq!(axes, [(0.0, 1.0); 2]);
-                    let said = field.notes[0].message();
+                    let said = &field.notes[0].text;
                     assert!(said.contains("its "), "{name} {method}, {at}: {said}");
                 }
             }

@@ -66,6 +66,10 @@ fn val_definition_rates_steps_and_units_under_their_names() {
         let error = found.step * unit.unwrap() / step - 1.0;
         assert!(error.abs() < 1e-12, "{name}: {found:?}");
     }
+    for name in ["unit", "Units", "v_Unit", "velocity_unit"] {
+        let found = field("a.npz", beside(&[(name, text("mm/s"))]));
+        assert_eq!(found.unit.as_deref(), Some("mm/s"), "{name}");
+    }
     let times = || npy_f64("(6,)", (0..6).map(|n| f64::from(n) * 0.5));
     for (name, unit) in [("t_unit", "sec."), ("T_Units", "Seconds")] {
         let found = field("a.npz", beside(&[("t", times()), (name, text(unit))])).time;
@@ -80,11 +84,14 @@ fn val_definition_rates_steps_and_units_under_their_names() {
 #[test]
 fn val_definition_scales_by_channel() {
     let list = |numbers: &[f64]| npy_f64(&format!("({},)", numbers.len()), numbers.iter().copied());
-    for name in ["scale_factor", "scale", "v_scale"] {
-        let all = [
-            (name, list(&[2.0, 10.0])),
-            ("add_offset", list(&[0.0, 1.0])),
-        ];
+    for (name, offset) in [
+        ("scale_factor", "add_offset"),
+        ("scale", "add_offset"),
+        ("v_scale", "offset"),
+        ("slope", "intercept"),
+        ("v_Slope", "v_intercept"),
+    ] {
+        let all = [(name, list(&[2.0, 10.0])), (offset, list(&[0.0, 1.0]))];
         let found = values(&field("a.npz", beside(&all)));
         let expected = |(n, j): (usize, usize)| {
             let stored = ((2 * n + j) % 5) as f64;
@@ -104,27 +111,36 @@ fn val_definition_scales_by_channel() {
     let said = field("a.npz", beside(&[("gain", list(&[1.0, 2.0]))])).notes;
     assert!(
         said.iter()
-            .any(|note| note.code() == "unused" && note.is_doubtful())
+            .any(|note| note.code == "unused" && note.is_doubtful)
     );
 }
 
-/// CF conventions, 2.5.1: samples outside of the limits, which count in packed numbers, are gaps.
+/// CF conventions, 2.5.1, and the NetCDF user guide, appendix A: samples outside of the limits are gaps. Limits count in
+/// packed numbers, unless they are of the type of the scale.
 #[test]
 fn val_definition_samples_outside_of_their_limits_are_gaps() {
-    let file = |limits: &[(&'static str, f64)]| {
+    let file = |limits: &[(&'static str, f64)], is_packed: bool| {
         let numbers = vec![-3, 1, 2, -9, 5, 4];
         let variable =
             Variable::new("v", &[0, 1], Values::Short(numbers)).number("scale_factor", 0.5);
-        let add = |it: Variable, (name, limit): &(&'static str, f64)| it.number(name, *limit);
+        let add = |it: Variable, (name, limit): &(&'static str, f64)| match is_packed {
+            true => it.integer(name, *limit as i32),
+            false => it.number(name, *limit),
+        };
         NetCdf {
             dimensions: vec![("time", 3), ("x", 2)],
             variables: vec![limits.iter().fold(variable, add)],
         }
         .bytes()
     };
-    for names in [["valid_min", "valid_max"], ["ValidMin", "Valid_Maximum"]] {
-        let limits = [(names[0], -3.0), (names[1], 4.0)];
-        let found = values(&field("a.nc", file(&limits)));
+    for (names, is_packed) in [
+        (["valid_min", "valid_max"], true),
+        (["valid_min", "valid_max"], false),
+        (["ValidMin", "Valid_Maximum"], false),
+    ] {
+        let limits = [-3.0, 4.0].map(|limit| if is_packed { limit } else { 0.5 * limit });
+        let limits = [(names[0], limits[0]), (names[1], limits[1])];
+        let found = values(&field("a.nc", file(&limits, is_packed)));
         let is_known: Vec<bool> = found.iter().map(|v| v.is_finite()).collect();
         assert_eq!(
             is_known,
@@ -161,7 +177,7 @@ fn val_numpy_dates_and_spans_of_time() {
             field.time
         );
         assert!(unit.is_some(), "{descr}");
-        let is_dated = field.notes.iter().any(|note| note.code() == "start");
+        let is_dated = field.notes.iter().any(|note| note.code == "start");
         assert_eq!(is_dated, start > 0, "{descr}");
     }
 }
@@ -221,6 +237,7 @@ fn val_definition_clocks_of_tables() {
         ("Date Time", "+0100"),
         ("Zeitstempel", "-03"),
         ("t", "z"),
+        ("epoch", "+05:30"),
     ] {
         let row = |n: u32| format!("2025-11-26 12:00:00.{n:03}{zone},{}", sample(n));
         let found = table(&format!("{clock},a,b\n"), &row).time;
@@ -230,7 +247,14 @@ fn val_definition_clocks_of_tables() {
             "{zone}"
         );
     }
-    for head in ["Time 1,a,Time 2,b", "time_1,a,time_2,b", "Time,a,Time.1,b"] {
+    for head in [
+        "Time 1,a,Time 2,b",
+        "time_1,a,time_2,b",
+        "Time,a,Time.1,b",
+        "t_CH1 (s),CH1,t_CH2 (s),CH2",
+        "Time - A,A,Time - B,B",
+        "p1.time,p1,p2.time,p2",
+    ] {
         let row = |n: u32| format!("{n},{},{n},{}", n * 7 % 11, n % 5);
         assert_eq!(table(&format!("{head}\n"), &row).n_sites(), 2, "{head}");
     }
@@ -293,7 +317,7 @@ fn regress_a_stated_step_overrules_in_words() {
             (0.001, Some("s")),
             "{name}"
         );
-        let said: Vec<String> = field.notes.iter().map(|note| note.message()).collect();
+        let said: Vec<&str> = field.notes.iter().map(|note| &note.text[..]).collect();
         let said = said.join("; ");
         let all_said = replaced.iter().all(|one| said.contains(one));
         assert!(

@@ -14,7 +14,7 @@ use test_support::netcdf::{NetCdf, Values, Variable};
 use test_support::place::Place;
 use wavecascade::error::{InputFault, ScanFault};
 use wavecascade::field::{
-    EqualPositions, Interpolation, Note, OpenOptions, PositionFrom, Resample, Scan, Scanned,
+    EqualPositions, Interpolation, OpenOptions, PositionFrom, Resample, Scan, Scanned,
 };
 use wavecascade::{Error, Field};
 
@@ -405,7 +405,12 @@ fn val_definition_equal_positions_are_averaged() {
     let expected = ndarray::array![[1.5, 1.0], [3.0, 5.0], [2.5, 2.0], [2.0, 7.0]];
     assert_eq!(values(&scanned.field), expected);
     assert_eq!(scanned.records.len(), 3);
-    let said: Vec<String> = scanned.field.notes.iter().map(Note::message).collect();
+    let said: Vec<&str> = scanned
+        .field
+        .notes
+        .iter()
+        .map(|note| &note.text[..])
+        .collect();
     assert!(
         said[0].contains("3 files are one field, 2 sites"),
         "{said:?}"

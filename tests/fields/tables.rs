@@ -9,7 +9,7 @@ use test_support::hostile::{Folder, fault};
 use test_support::made::{axis_at as axis, values};
 use wavecascade::Field;
 use wavecascade::error::InputFault;
-use wavecascade::field::{Axis, Note, OpenOptions, Quantity, TimeColumn};
+use wavecascade::field::{Axis, OpenOptions, Quantity, TimeColumn};
 
 fn table(name: &str, text: &str) -> Field {
     table_with(name, text, &OpenOptions::default())
@@ -22,7 +22,7 @@ fn table_with(name: &str, text: &str, options: &OpenOptions) -> Field {
 }
 
 fn codes(field: &Field) -> Vec<&'static str> {
-    field.notes.iter().map(Note::code).collect()
+    field.notes.iter().map(|note| note.code).collect()
 }
 
 #[test]
@@ -148,8 +148,12 @@ fn val_definition_units_of_channels() {
     assert_eq!(field.quantity, Quantity::Velocity);
     let field = table("a.csv", "Time,A,B\n(ms),(V),(mV)\n0,1,2\n1,3,4\n2,5,6\n");
     assert_eq!(field.unit, None);
-    let differ = |note: &Note| note.code() == "remark" && note.message().contains("V and mV");
-    assert!(field.notes.iter().any(differ), "{:?}", field.notes);
+    let remark = field
+        .notes
+        .iter()
+        .find(|note| note.code == "remark")
+        .unwrap();
+    assert!(remark.text.contains("V and mV"), "{remark:?}");
 }
 
 #[test]
@@ -292,10 +296,10 @@ fn val_construction_a_stated_step_over_the_times_of_a_file() {
     let read = |dt: Option<f64>| {
         let options = reading(|it| it.dt = dt.map(Into::into));
         let field = table_with("a.csv", &text, &options);
-        let mut replaced = field.notes.iter().filter(|note| note.code() == "replaced");
+        let mut replaced = field.notes.iter().filter(|note| note.code == "replaced");
         let replaced = replaced
             .next()
-            .map(|note| (note.is_doubtful(), note.message()));
+            .map(|note| (note.is_doubtful, note.text.clone()));
         (field.time.step, replaced)
     };
     assert_eq!(read(Some(0.01)), (0.01, None));

@@ -87,7 +87,7 @@ fn regress_what_is_written_is_read_back() {
                 assert_eq!(found.dispersion, field.dispersion, "{name}");
                 assert_eq!(found.precision(), Precision::F64, "{name}");
                 // Strain rates in a unit of velocity are doubted.
-                let is_doubted = found.notes.iter().any(|note| note.is_doubtful());
+                let is_doubted = found.notes.iter().any(|note| note.is_doubtful);
                 assert!(!is_doubted || quantity == Quantity::StrainRate, "{name}");
             }
         }

@@ -107,6 +107,21 @@ pub enum Place {
     },
 }
 
+/// Bytes from one index to the next of samples without gaps between them, the last index fastest, or the first.
+pub fn strides(shape: &[u64], sample: Sample, is_first_fastest: bool) -> Vec<u64> {
+    let mut next = sample.bytes() as u64;
+    let mut strides = vec![0; shape.len()];
+    let mut place = |d: usize| {
+        strides[d] = next;
+        next = next.saturating_mul(shape[d]);
+    };
+    match is_first_fastest {
+        true => (0..shape.len()).for_each(&mut place),
+        false => (0..shape.len()).rev().for_each(&mut place),
+    }
+    strides
+}
+
 /// A range of each index.
 pub type Block<'a> = &'a [Range<u64>];
 

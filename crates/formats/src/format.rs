@@ -13,6 +13,8 @@ pub enum Format {
     Npy,
     /// An archive of them, whose reader is not in this crate.
     Npz,
+    /// A table of text, whose reader is not in this crate.
+    Table,
     /// HDF5, with what builds on it: MATLAB 7.3, NetCDF-4, DASDAE.
     Hdf5,
     /// NetCDF-3: classic, with offsets of 64 bits, or with lengths of 64 bits (CDF-5).
@@ -107,6 +109,7 @@ impl fmt::Display for Format {
         f.write_str(match self {
             Format::Npy => "an array (.npy)",
             Format::Npz => "an archive (.npz)",
+            Format::Table => "a table of text",
             Format::Hdf5 => "an HDF5 file",
             Format::NetCdf3 => "a NetCDF-3 file",
             Format::Mat5 => "a MATLAB file",
@@ -142,7 +145,7 @@ pub fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container
         Format::Tdms => crate::tdms::open,
         Format::MiniSeed => crate::miniseed::open,
         Format::Lammps => crate::lammps::open,
-        Format::Npy | Format::Npz => {
+        Format::Npy | Format::Npz | Format::Table => {
             return Err(Error::unsupported(format.to_string(), "save it as HDF5"));
         }
         Format::Zarr => {

@@ -30,7 +30,7 @@ mod uff;
 mod zarr;
 
 pub use attributes::{Attributes, Value};
-pub use container::{Block, Container, Coordinate, Dimension, Place, Remark, Variable};
+pub use container::{Block, Container, Coordinate, Dimension, Place, Remark, Variable, strides};
 pub use error::{Error, Result};
 pub use format::{Format, Options, open, open_directory};
 pub use sample::{ByteOrder, Sample, SampleType, half_to_f64, ibm_to_f64};

@@ -3,7 +3,7 @@
 use crate::cursor::{Budget, Cursor, beginning};
 use crate::{
     Attributes, ByteOrder, Bytes, Container, Coordinate, Dimension, Error, Format, Options, Place,
-    Result, Sample, Value, Variable,
+    Result, Sample, Value, Variable, strides,
 };
 
 const DIMENSIONS: u32 = 10;
@@ -88,12 +88,8 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
             coordinate: coordinates[*d].map(Coordinate::Listed),
         });
         let mut of: Vec<Dimension> = of.collect();
-        let mut strides = vec![0; of.len()];
-        let mut stride = size(entry.kind);
-        for (dimension, slot) in of.iter().zip(&mut strides).rev() {
-            *slot = stride;
-            stride = stride.saturating_mul(dimension.len);
-        }
+        let shape: Vec<u64> = of.iter().map(|d| d.len).collect();
+        let mut strides = strides(&shape, sample(entry.kind).unwrap_or(Sample::U8), false);
         let mut end = entry.slab(&dimensions);
         if entry.is_record {
             of[0].len = records;

@@ -189,6 +189,14 @@ impl SampleType {
         }
     }
 
+    /// What it holds: `f32`, `text`.
+    pub fn name(&self) -> &str {
+        match self {
+            SampleType::Number(sample) => sample.name(),
+            SampleType::Other(other) => other,
+        }
+    }
+
     /// How what is not read becomes something that is, where there is a way.
     pub fn way_out(&self) -> Option<&'static str> {
         let SampleType::Other(what) = self else {

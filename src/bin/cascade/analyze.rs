@@ -318,23 +318,31 @@ pub fn print_plan(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
 
 /// How a field was read where nothing states it and nothing speaks against it.
 pub fn conclusions(field: &Field) -> Vec<String> {
-    let settled = field.notes.iter().filter(|note| !note.is_doubtful());
-    let in_words = |note: &Note| match note.advice() {
-        Some(advice) => format!("{}; {advice}", note.message()),
-        None => note.message(),
+    let settled = field.notes.iter().filter(|note| !note.is_doubtful);
+    let in_words = |note: &Note| match note.advice {
+        Some(advice) => format!("{}; {advice}", note.text),
+        None => note.text.clone(),
     };
     settled.map(in_words).collect()
 }
 
 /// Prints to standard error how a field was read.
 pub fn print_notes(field: &Field, quiet: bool) {
+<<<<<<< HEAD
     for note in field.notes.iter().filter(|_| !quiet) {
         let kind = match note.is_doubtful() {
+=======
+    if quiet {
+        return;
+    }
+    for note in &field.notes {
+        let kind = match note.is_doubtful {
+>>>>>>> s-read2
             true => Tone::Warning,
             false => Tone::Note,
         };
-        terminal::message(kind, &note.message());
-        if let Some(advice) = note.advice() {
+        terminal::message(kind, &note.text);
+        if let Some(advice) = note.advice {
             terminal::message(Tone::Help, advice);
         }
     }

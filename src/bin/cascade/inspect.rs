@@ -98,6 +98,7 @@ pub fn run(typed: &Inspect) -> Result<(), Failure> {
     } = Seen::of(typed)?;
     let mut out = terminal::stdout();
     let width = terminal::width();
+<<<<<<< HEAD
     if let Some(records) = &records {
         let title = format!("{} files as a field", records.len());
         writeln!(out, "{}", styled(HEADING, &title))?;
@@ -113,6 +114,25 @@ pub fn run(typed: &Inspect) -> Result<(), Failure> {
     }
     let field = match &found.field {
         Ok(field) => field,
+=======
+    let name = file.display();
+    writeln!(
+        out,
+        "{}",
+        styled(HEADING, &format!("{name}: {}", found.format))
+    )?;
+    write!(out, "{}", listed(&found, width))?;
+    match &found.field {
+        Ok(field) => {
+            writeln!(out, "\n{}", styled(HEADING, "as a field"))?;
+            let notes = field.notes.iter().map(|note| note.text.clone());
+            for line in std::iter::once(shape(field)).chain(notes) {
+                write!(out, "{}", paragraphs(&[line], width))?;
+            }
+            print_channels(&mut out, &typed, &doubts)?;
+            writeln!(out, "next: {}", command(&typed, field))?;
+        }
+>>>>>>> s-read2
         Err(error) => {
             let advice = advice::of_error(error).into_iter();
             let lines: Vec<String> = [reason(error)].into_iter().chain(advice).collect();
@@ -191,6 +211,18 @@ fn variable_json(v: &VariableInfo) -> Value {
 /// What was taken of the files of a scan: of the first and the last ones.
 fn records_table(records: &[ScanRecord]) -> Table {
     const SHOWN: usize = 4;
+<<<<<<< HEAD
+=======
+    let Scanned { field, records } = scanned;
+    let mut out = terminal::stdout();
+    let width = terminal::width();
+    let title = format!("{} files as a field", records.len());
+    writeln!(out, "{}", styled(HEADING, &title))?;
+    let notes = field.notes.iter().map(|note| note.text.clone());
+    for line in std::iter::once(shape(field)).chain(notes) {
+        write!(out, "{}", paragraphs(&[line], width))?;
+    }
+>>>>>>> s-read2
     let row = |record: &ScanRecord| {
         vec![
             record.path.display().to_string(),
@@ -300,6 +332,6 @@ fn of_field(field: &Field) -> Value {
         "unit": field.unit,
         "time": axis(&field.time, field.n_times()),
         "space": axis(&field.space, field.n_sites()),
-        "notes": field.notes.iter().map(|note| note.message()).collect::<Vec<_>>(),
+        "notes": field.notes.iter().map(|note| note.text.clone()).collect::<Vec<_>>(),
     })
 }

@@ -1,6 +1,6 @@
 //! What the coordinates of a dimension say: origin, step, unit, and the time at which it starts.
 
-use wavecascade_formats::Coordinate;
+use wavecascade_formats::{Coordinate, Sample};
 
 use super::super::Note;
 use super::super::beside::{AxisBeside, Given, Listing};
@@ -63,23 +63,38 @@ fn listing(arrays: &Arrays, i: usize, is_time: bool) -> Result<Listing> {
     let (scale, offset) = arrays.own(i).linear();
     let rounding = sample.map_or(0.0, |sample| sample.spacing(&stored)) * scale.abs();
     let place = variable.path.trim_start_matches('/').to_owned();
-    let unit = arrays.unit(i);
-    let is_counted = is_time && unit.is_none() && arrays.source.stated.time_unit.is_none();
-    let unit = unit.or_else(|| is_counted.then(|| since_1970(&stored)).flatten());
+    let may_count = is_time && arrays.source.stated.time_unit.is_none();
+    let stored = (&stored[..], integers.as_deref());
+    let found = counted(stored, [scale, offset], rounding, arrays.unit(i), may_count);
     let step = variable.attributes.number("step");
+    Ok(Listing {
+        place,
+        step: step.filter(|_| found.start.is_none()),
+        ..found
+    })
+}
+
+/// Coordinates `scale * stored + offset`, as floats and exactly where they are integers: counted from the first where their
+/// unit counts from a date, or where they `may_count` so without one.
+pub(in crate::field) fn counted(
+    (stored, integers): (&[f64], Option<&[i64]>),
+    [scale, offset]: [f64; 2],
+    rounding: f64,
+    unit: Option<String>,
+    may_count: bool,
+) -> Listing {
+    let unit = unit.or_else(|| may_count.then(|| since_1970(stored)).flatten());
     let Some(since) = unit.as_deref().and_then(Since::parse) else {
-        return Ok(Listing {
-            place,
+        return Listing {
             values: stored.iter().map(|v| scale * v + offset).collect(),
             rounding,
             unit,
-            step,
-            start: None,
-        });
+            ..Listing::default()
+        };
     };
-    // Counted from the first, exactly for integers, so that no digits go to the years before it. Differences of large
-    // numbers are as exact as those; integers have no rounding.
-    let (apart, rounding, first) = match &integers {
+    // No digits go to the years before the first. Differences of large numbers are as exact as those; integers have no
+    // rounding.
+    let (apart, rounding, first) = match integers {
         Some(integers) => {
             let first = integers.first().copied().unwrap_or(0);
             let apart = integers
@@ -90,15 +105,15 @@ fn listing(arrays: &Arrays, i: usize, is_time: bool) -> Result<Listing> {
         None => {
             let first = stored.first().copied().unwrap_or(0.0);
             let apart = stored.iter().map(|v| scale * (v - first));
+            let rounding = rounding.max(Sample::F64.spacing(stored) * scale.abs());
             (apart.collect(), rounding, First::Float(first))
         }
     };
-    let listing = since.listing(apart, rounding, first.unpacked(scale, offset));
-    Ok(Listing { place, ..listing })
+    since.listing(apart, rounding, first.unpacked(scale, offset))
 }
 
 /// The unit of times without one that can only count from 1970: in seconds and their fractions, 2001 to 2286.
-pub(in crate::field) fn since_1970(values: &[f64]) -> Option<String> {
+fn since_1970(values: &[f64]) -> Option<String> {
     const UNITS: [(&str, f64); 4] = [
         ("seconds", 1e9),
         ("milliseconds", 1e12),
@@ -113,14 +128,6 @@ pub(in crate::field) fn since_1970(values: &[f64]) -> Option<String> {
     };
     let (unit, _) = UNITS.iter().find(fits)?;
     Some(format!("{unit} since 1970-01-01"))
-}
-
-/// Values that count from a date, by their unit, from the first one on.
-pub(in crate::field) fn dated(values: &[f64], rounding: f64, unit: &str) -> Option<Listing> {
-    let since = Since::parse(unit)?;
-    let first = values.first().copied().unwrap_or(0.0);
-    let apart = values.iter().map(|v| v - first).collect();
-    Some(since.listing(apart, rounding, First::Float(first)))
 }
 
 #[derive(Debug, Clone, Copy)]

@@ -108,15 +108,20 @@ impl Choice {
 
     /// What was taken for the field and its axes.
     pub fn note(&self, arrays: &Arrays) -> Note {
-        let name = |place: &Place| {
-            let of = |name: &String| name.trim_start_matches('/').to_owned();
-            place.name.as_ref().map(of)
+        let of = |place: Option<&Place>, what| {
+            let name = place.and_then(|place| place.name.as_deref());
+            let bare = name.map(|name| name.trim_start_matches('/'));
+            bare.map_or(String::new(), |name| format!(", `{name}` its {what}"))
         };
-        Note::Variable {
-            path: arrays.variable(self.variable).path.clone(),
-            time: name(&self.times),
-            space: self.sites.as_ref().and_then(name),
-        }
+        let (times, sites) = (
+            of(Some(&self.times), "times"),
+            of(self.sites.as_ref(), "sites"),
+        );
+        let path = &arrays.variable(self.variable).path;
+        Note::told(
+            "variable",
+            format!("variable `{path}` is the field{times}{sites}"),
+        )
     }
 }
 
@@ -345,20 +350,16 @@ fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputF
                 .any(|known| known_as(name, known).is_some())
     };
     let rank = |v: &Variable| v.dimensions.iter().filter(|d| d.len > 1).count();
-    let of_rank = |is_it: fn(usize) -> bool| -> Vec<usize> {
-        let is_candidate = |&i: &usize| {
-            let v = &variables[i];
-            v.sample_type.number().is_some()
-                && v.count().is_some_and(|count| count > 0)
-                && is_it(rank(v))
-                && (rank(v) > 1 || !is_coordinate(i))
-        };
-        (0..variables.len()).filter(is_candidate).collect()
+    let is_candidate = |&i: &usize| {
+        let v = &variables[i];
+        let holds_numbers = v.sample_type.number().is_some() && v.count().is_some_and(|n| n > 0);
+        holds_numbers && (rank(v) > 1 || !is_coordinate(i))
     };
-    // A record goes before the single numbers beside it, such as the position of its only site.
-    let of_ranks = [of_rank(|rank| rank >= 2), of_rank(|rank| rank == 1)];
-    let found = of_ranks.into_iter().find(|found| !found.is_empty());
-    let candidates = found.unwrap_or_else(|| of_rank(|rank| rank == 0));
+    let mut candidates: Vec<usize> = (0..variables.len()).filter(is_candidate).collect();
+    // A field goes before a record, and that before the single numbers beside it, such as its position.
+    let size = |i: &usize| rank(&variables[*i]).min(2);
+    let largest = candidates.iter().map(size).max();
+    candidates.retain(|i| Some(size(i)) == largest);
     let preferred = || {
         ["velocity", "v", "vel", "vx"].iter().find_map(|name| {
             let is_it = |i: &&usize| last_name(&variables[**i].path).eq_ignore_ascii_case(name);
@@ -386,7 +387,7 @@ fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputF
 fn not_numbers(variable: &Variable) -> InputFault {
     InputFault::NotNumbers {
         variable: variable.path.clone(),
-        found: other_type(variable),
+        found: variable.sample_type.name().to_owned(),
         way_out: variable.sample_type.way_out(),
     }
 }
@@ -395,7 +396,7 @@ fn not_numbers(variable: &Variable) -> InputFault {
 fn list(container: &Container) -> Vec<String> {
     let one = |v: &Variable| match v.sample_type.number() {
         Some(_) => format!("{} ({})", v.path, dimensions(v)),
-        None => format!("{} ({})", v.path, other_type(v)),
+        None => format!("{} ({})", v.path, v.sample_type.name()),
     };
     container.variables.iter().map(one).collect()
 }
@@ -408,13 +409,6 @@ pub(in super::super) fn dimensions(variable: &Variable) -> String {
     };
     let all: Vec<String> = variable.dimensions.iter().map(one).collect();
     all.join(", ")
-}
-
-fn other_type(variable: &Variable) -> String {
-    match &variable.sample_type {
-        wavecascade_formats::SampleType::Other(other) => other.clone(),
-        wavecascade_formats::SampleType::Number(sample) => sample.name().to_owned(),
-    }
 }
 
 /// The dimension of this name, or of this number from 0.

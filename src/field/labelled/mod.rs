@@ -32,7 +32,7 @@ use super::{Field, Note, graded_masses, npy};
 use crate::error::{Error, InputFault, Result};
 use crate::measure::{Length, symbol_or};
 
-pub(super) use axes::{dated, since_1970};
+pub(super) use axes::counted;
 use choose::Choice;
 pub(super) use choose::{dimensions, last_name};
 
@@ -111,7 +111,7 @@ impl<'a> Arrays<'a> {
             None => self
                 .container
                 .numbers(i)
-                .map_err(self.source.container_faults()),
+                .map_err(|fault| self.source.container_fault(fault)),
         }
     }
 
@@ -125,7 +125,7 @@ impl<'a> Arrays<'a> {
             None => self
                 .container
                 .integers(i)
-                .map_err(self.source.container_faults()),
+                .map_err(|fault| self.source.container_fault(fault)),
         }
     }
 
@@ -190,9 +190,20 @@ impl<'a> Arrays<'a> {
     fn statements(&self, variable: usize) -> Result<Statements> {
         let path = self.variable(variable).path.trim_start_matches('/');
         let mut statements = self.own(variable);
-        // `velocity_unit` and `velocity_scale` are those of `velocity`.
+        // `velocity_unit` and `velocity_scale` are those of `velocity`, or of `v` where no array is called so.
         let own_name = format!("{}_", last_name(path));
-        let of_it = |name: &'_ str| name.strip_prefix(&own_name).unwrap_or(name).to_owned();
+        let is_of_field = |base: &str, rest: &str| {
+            let is = |name, meaning| known_as(name, meaning).is_some();
+            is(rest, Meaning::Unit)
+                && is(base, Meaning::Field)
+                && self.container.find(base).is_none()
+        };
+        let of_it = |name: &'_ str| {
+            let split = name.rsplit_once('_');
+            let split = split.filter(|(base, rest)| is_of_field(base, rest));
+            let rest = name.strip_prefix(&own_name).or(split.map(|(_, rest)| rest));
+            rest.unwrap_or(name).to_owned()
+        };
         let mut group = path;
         while let Some(end) = group.rfind(['/', '.']).or((!group.is_empty()).then_some(0)) {
             let prefix = &path[..end + usize::from(end > 0)];
@@ -271,13 +282,12 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
     let time = axes::axis(&arrays, &time, Some(&choice.times), &mut notes)?;
     let space = axes::axis(&arrays, &space, choice.sites.as_ref(), &mut notes)?;
     // Times that count from a date say so themselves.
-    let is_dated = |note: &Note| matches!(note, Note::Start { .. });
+    let is_dated = |note: &Note| note.code == "start";
     if let Some(start) = attributes.text("start_time")
         && matches!(format, Format::Tdms | Format::MiniSeed)
         && !notes.iter().any(is_dated)
     {
-        let time = start.to_owned();
-        notes.push(Note::Start { time });
+        notes.push(Note::start(start));
     }
     let [scale, offset] = match is_own {
         true => <[f64; 2]>::from(own.linear()).map(Factor::One),
@@ -319,7 +329,10 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
     }
     match options.delays {
         Delays::Ignore => {
-            contents.field.notes.push(Note::Delays);
+            let text = "the traces begin at different times and are read as if they began at one";
+            let advice = "take the times that all have in common with `--delays align`";
+            let note = Note::doubt("delays", text).advising(advice);
+            contents.field.notes.push(note);
             Ok(contents)
         }
         treated => delays::aligned(&arrays, contents, treated),
@@ -443,10 +456,6 @@ pub(super) fn parts(bytes: Arc<FileBytes>) -> Option<wavecascade_formats::Result
 }
 
 impl FileSource<'_> {
-    fn container_faults(&self) -> impl Fn(wavecascade_formats::Error) -> Error {
-        |fault| self.container_fault(fault)
-    }
-
     /// A fault of a container as one of its file.
     fn container_fault(&self, fault: wavecascade_formats::Error) -> Error {
         match fault {

@@ -1,12 +1,13 @@
 //! Which stored numbers are samples and which are gaps, as the CF conventions say it.
 
-use wavecascade_formats::{Format, Sample};
+use wavecascade_formats::{Format, Sample, Value};
 
 use super::super::Note;
 use super::super::meaning::Meaning::{
     self, Fill, Offset, Scale, Unit, ValidMax, ValidMin, ValidRange,
 };
-use super::super::statements::{Statements, contradiction, unused};
+use super::super::meaning::is_added;
+use super::super::statements::{Statement, Statements, contradiction, unused};
 use super::super::storage::{Factor, Packing};
 use super::is_float;
 use crate::error::InputFault;
@@ -15,9 +16,8 @@ impl Statements {
     /// Single scale and offset of an array that is no field.
     pub(super) fn linear(&self) -> (f64, f64) {
         let one = |meaning: Meaning, otherwise: f64| {
-            let is_it =
-                |name: &str| meaning == Scale || name.to_ascii_lowercase().starts_with("add");
-            let found = self.lists(meaning).find(|(one, _)| is_it(&one.name));
+            let is_it = |one: &Statement| meaning == Scale || is_added(&one.name);
+            let found = self.lists(meaning).find(|(one, _)| is_it(one));
             found.map_or(otherwise, |(_, numbers)| numbers[0])
         };
         (one(Scale, 1.0), one(Offset, 0.0))
@@ -42,6 +42,8 @@ impl Statements {
     ) -> Result<Packing, InputFault> {
         /// What NetCDF fills floats with that were never written.
         const UNWRITTEN: f64 = 9.969_209_968_386_869e36;
+        /// Of a stored integer, what a limit is off by rounding.
+        const SLACK: f64 = 1e-2;
         // A number stated with more digits than the samples have is one of them, rounded.
         let rounded = |number: f64| match sample {
             Some(Sample::F32) => f64::from(number as f32),
@@ -58,20 +60,27 @@ impl Statements {
         let mut limits: [Option<(f64, String)>; 2] = [None, None];
         for (meaning, ends) in [(ValidRange, 0..2), (ValidMin, 0..1), (ValidMax, 1..2)] {
             for (one, numbers) in self.lists(meaning) {
-                // Limits of another type than the samples are in no numbers that are known.
-                let is_of_type = numbers
-                    .iter()
-                    .all(|number| is_float || number.fract() == 0.0);
-                if numbers.len() != ends.len() || !is_of_type {
-                    let what = format!(
-                        "`{}`, whose numbers are not of the type of the samples,",
-                        one.name
-                    );
-                    notes.push(unused(&what));
+                // Floats beside packed integers are limits of what those stand for.
+                let is_unpacked = !is_float && matches!(one.value, Value::Numbers(_));
+                let factors = match (&scale, &offset) {
+                    _ if !is_unpacked => Some([1.0, 0.0]),
+                    (Factor::One(scale), Factor::One(offset)) => Some([*scale, *offset]),
+                    _ => None,
+                };
+                let Some([scale, offset]) = factors.filter(|_| numbers.len() == ends.len()) else {
+                    notes.push(unused(&one.shown()));
                     continue;
-                }
+                };
                 for (end, number) in ends.clone().zip(numbers.into_iter().map(rounded)) {
                     let shown = format!("`{}` = {number}", one.name);
+                    // The limits of what a negative scale turns round change places. Integers have no fractions.
+                    let end = if scale < 0.0 { 1 - end } else { end };
+                    let slack = if is_unpacked {
+                        [-SLACK, SLACK][end]
+                    } else {
+                        0.0
+                    };
+                    let number = (number - offset) / scale + slack;
                     match &limits[end] {
                         Some((other, first)) if *other != number => {
                             return Err(contradiction(

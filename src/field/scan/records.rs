@@ -237,7 +237,7 @@ pub(super) fn check_alike(heads: &[Head], jitter: f64) -> Result<()> {
 pub(super) fn notes(heads: &[Head]) -> Vec<Note> {
     let mut notes: Vec<Note> = Vec::new();
     for note in heads.iter().flat_map(|head| &head.notes) {
-        if notes.iter().all(|known| known.code() != note.code()) {
+        if notes.iter().all(|known| known.code != note.code) {
             notes.push(note.clone());
         }
     }

@@ -13,7 +13,8 @@ pub struct Variable {
     /// Places in [`NetCdf::dimensions`].
     pub dimensions: Vec<usize>,
     pub texts: Vec<(&'static str, &'static str)>,
-    pub numbers: Vec<(&'static str, f64)>,
+    /// Names, types and bytes.
+    numbers: Vec<(&'static str, usize, Vec<u8>)>,
     pub values: Values,
 }
 
@@ -44,7 +45,13 @@ impl Variable {
 
     /// The same with a number.
     pub fn number(mut self, name: &'static str, number: f64) -> Variable {
-        self.numbers.push((name, number));
+        self.numbers.push((name, 6, number.to_be_bytes().to_vec()));
+        self
+    }
+
+    /// The same with an integer.
+    pub fn integer(mut self, name: &'static str, number: i32) -> Variable {
+        self.numbers.push((name, 4, number.to_be_bytes().to_vec()));
         self
     }
 }
@@ -112,11 +119,11 @@ impl NetCdf {
                 put(&mut out, 2);
                 put_name(&mut out, text);
             }
-            for (name, number) in &variable.numbers {
+            for (name, code, number) in &variable.numbers {
                 put_name(&mut out, name);
-                put(&mut out, 6);
+                put(&mut out, *code);
                 put(&mut out, 1);
-                out.extend(number.to_be_bytes());
+                out.extend(number);
             }
             let (code, bytes) = variable.values.bytes();
             put(&mut out, code as usize);

@@ -11,7 +11,7 @@ use hdf5_reader::{
 
 use super::explain;
 use crate::container::{Block, Decoder};
-use crate::{ByteOrder, Error, Place, Result, Sample};
+use crate::{ByteOrder, Error, Place, Result, Sample, strides};
 
 /// Bytes that are decoded at once where the file has no chunks.
 const SLAB: u64 = 1 << 20;
@@ -29,14 +29,12 @@ pub(super) fn place(
     let shape = dataset.shape();
     let size = sample.bytes() as u64;
     let place = || format!("variable {path}");
-    let mut strides = vec![size; shape.len()];
-    let mut total = size;
-    for (stride, &len) in strides.iter_mut().zip(shape).rev() {
-        *stride = total;
-        total = total
-            .checked_mul(len.max(1))
-            .ok_or_else(|| Error::damaged(place(), "a size below 2^64 bytes", "a larger one"))?;
-    }
+    let strides = strides(shape, sample, false);
+    let total = shape
+        .iter()
+        .try_fold(size, |n, &len| n.checked_mul(len.max(1)));
+    let total =
+        total.ok_or_else(|| Error::damaged(place(), "a size below 2^64 bytes", "a larger one"))?;
     let is_empty = shape.contains(&0);
     let row = strides.first().copied().unwrap_or(size);
     let slab = Place::Encoded {

@@ -5,7 +5,7 @@ use crate::cursor::Budget;
 use crate::rows::{Strided, misfit};
 use crate::{
     ByteOrder, Bytes, Container, Dimension, Error, Format, Options, Place, Result, Sample, Value,
-    Variable,
+    Variable, strides,
 };
 
 /// Structs and cells of a few bytes each must not fill the memory with their names.
@@ -86,15 +86,7 @@ impl Listing {
         start: usize,
     ) -> Result<()> {
         self.count(&path, shape)?;
-        let is_empty = shape.contains(&0);
-        let mut next = disk.bytes() as u64;
-        let strides = shape.iter().map(|len| {
-            // Lengths beside a 0 are free to overflow; those of samples that exist are not.
-            let stride = if is_empty { 0 } else { next };
-            next = next.saturating_mul(*len);
-            stride
-        });
-        let strides: Vec<u64> = strides.collect();
+        let strides = strides(shape, disk, true);
         let (order, start) = (part.order, start as u64);
         let mut variable = Variable::new(path.clone(), dimensions(shape), class);
         let is_bool = class == Sample::Bool && disk.bytes() == 1;

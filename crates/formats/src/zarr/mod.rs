@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use zarrs::array::codec::CodecOptions;
-use zarrs::array::{Array, ArrayBytes, ArrayError, ArrayShardedExt};
+use zarrs::array::{Array, ArrayBytes, ArrayShardedExt};
 use zarrs::array_subset::ArraySubset;
 use zarrs::filesystem::FilesystemStore;
 
@@ -38,14 +38,12 @@ pub(crate) fn open(format: Format, folder: &Path, options: &Options) -> Result<C
         match array {
             Some(array) => {
                 let (most, memory) = (container.most_bytes, options.memory);
-                container.push_decoded(
-                    variable,
-                    Chunks {
-                        array,
-                        most,
-                        memory,
-                    },
-                );
+                let stored = Stored {
+                    most,
+                    memory,
+                    ..array
+                };
+                container.push_decoded(variable, stored);
             }
             None => container.push(variable),
         }
@@ -61,6 +59,10 @@ struct Stored {
     rows: u64,
     /// Bytes of a decoded chunk; of a shard, all of it.
     chunk: u64,
+    /// Most bytes that the store stands for.
+    most: u64,
+    /// Bytes that decoding may take.
+    memory: Option<u64>,
 }
 
 impl Stored {
@@ -82,32 +84,45 @@ impl Stored {
             rows: part.first().map_or(1, |len| len.get()),
             array,
             chunk,
+            most: u64::MAX,
+            memory: None,
         })
+    }
+
+    /// How many chunks are decoded at once, beside a copy of `wanted` bytes.
+    fn chunks_at_once(&self, wanted: u64) -> Result<usize> {
+        let threads = rayon::current_num_threads();
+        let Some(allowed) = self.memory else {
+            return Ok(threads);
+        };
+        // Encoded and decoded.
+        let chunk = self.chunk.saturating_mul(2).max(1);
+        let needed = wanted.saturating_add(chunk);
+        if needed > allowed {
+            return Err(Error::Memory {
+                what: format!("a chunk of {}", self.name),
+                needed,
+                allowed,
+            });
+        }
+        let fitting = usize::try_from((allowed - wanted) / chunk).unwrap_or(usize::MAX);
+        Ok(fitting.clamp(1, threads))
     }
 }
 
-/// The chunks of an array.
-struct Chunks {
-    array: Stored,
-    /// Most bytes that the store stands for.
-    most: u64,
-    /// Bytes that decoding may take.
-    memory: Option<u64>,
-}
-
-impl Decoder for Chunks {
+impl Decoder for Stored {
     fn read(&self, block: Block, out: &mut [u8]) -> Result<()> {
-        let (stored, most) = (&self.array, self.most);
-        let place = || format!("variable {}", stored.name);
-        if stored.chunk > most {
-            let expected = format!("chunks of at most {most} bytes in this store");
-            return Err(Error::damaged(place(), expected, stored.chunk));
+        let place = || format!("variable {}", self.name);
+        if self.chunk > self.most {
+            let expected = format!("chunks of at most {} bytes in this store", self.most);
+            return Err(Error::damaged(place(), expected, self.chunk));
         }
         let mut options = CodecOptions::default();
-        options.set_concurrent_target(self.chunks_at_once(stored, out.len() as u64)?);
+        options.set_concurrent_target(self.chunks_at_once(out.len() as u64)?);
         let subset = ArraySubset::new_with_ranges(block);
-        let read = || stored.array.retrieve_array_subset_opt(&subset, &options);
-        let bytes = caught(&place(), read)?.map_err(|cause| explain(&stored.name, &cause))?;
+        let read = || self.array.retrieve_array_subset_opt(&subset, &options);
+        let bytes = caught(&place(), read)?;
+        let bytes = bytes.map_err(|cause| Error::damaged(place(), "sound chunks", cause))?;
         match bytes {
             ArrayBytes::Fixed(bytes) if bytes.len() == out.len() => {
                 out.copy_from_slice(&bytes);
@@ -118,28 +133,6 @@ impl Decoder for Chunks {
                 Err(Error::damaged(place(), expected, "another number"))
             }
         }
-    }
-}
-
-impl Chunks {
-    /// How many chunks are decoded at once, beside a copy of `wanted` bytes.
-    fn chunks_at_once(&self, stored: &Stored, wanted: u64) -> Result<usize> {
-        let threads = rayon::current_num_threads();
-        let Some(allowed) = self.memory else {
-            return Ok(threads);
-        };
-        // Encoded and decoded.
-        let chunk = stored.chunk.saturating_mul(2).max(1);
-        let needed = wanted.saturating_add(chunk);
-        if needed > allowed {
-            return Err(Error::Memory {
-                what: format!("a chunk of {}", stored.name),
-                needed,
-                allowed,
-            });
-        }
-        let fitting = usize::try_from((allowed - wanted) / chunk).unwrap_or(usize::MAX);
-        Ok(fitting.clamp(1, threads))
     }
 }
 
@@ -161,13 +154,4 @@ fn caught<T>(place: &str, call: impl FnOnce() -> T) -> Result<T> {
     let called = std::panic::catch_unwind(std::panic::AssertUnwindSafe(call));
     drop(silence);
     called.map_err(|_| Error::damaged(place, "a sound array", "one that its decoder fails on"))
-}
-
-/// The error of the reader of Zarr as one of this crate.
-fn explain(name: &str, cause: &ArrayError) -> Error {
-    Error::damaged(
-        format!("variable {name}"),
-        "sound chunks",
-        cause.to_string(),
-    )
 }
