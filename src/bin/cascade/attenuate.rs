@@ -121,6 +121,48 @@ pub struct LengthArgs {
     pub band_edge_frequency: Option<f64>,
 }
 
+impl LengthArgs {
+    /// Refuses what says something of lengths, or of other chains, beside a key.
+    fn refuse_beside(&self, key: &str) -> Result<(), Error> {
+        let in_one_chain = matches!(self.sense, Some(Where::Chain | Where::Both));
+        let typed = [
+            (
+                !self.angles.is_empty(),
+                "angles",
+                "`--against angle=A,B,..`",
+            ),
+            (
+                !self.ratios.is_empty(),
+                "ratios",
+                "`--against stiffness_ratio=A,B,..`",
+            ),
+            (self.bodies.is_some(), "bodies", "`--sites`"),
+            (in_one_chain, "sense", "`--sense wall`, where the pulse is"),
+            (self.lengths.is_some(), "lengths", "`--vary sites=A,B,..`"),
+            (
+                self.target.is_some(),
+                "target",
+                "`--against bodies`, a scene file, `--angles` or `--ratios` for each chain",
+            ),
+            (self.contacts.is_some(), "contacts", "`--against bodies`"),
+            (self.fit.is_some(), "fit", "`--against bodies`"),
+            (
+                self.band_edge_frequency.is_some(),
+                "band-edge-frequency",
+                "`--against bodies`",
+            ),
+        ];
+        match typed.into_iter().find(|(is_typed, ..)| *is_typed) {
+            None => Ok(()),
+            Some((_, option, serves)) => Err(Error::Request {
+                option,
+                expected: format!("{serves}, or none against a key"),
+                found: format!("`--{option}` beside `--against {key}`"),
+            }),
+        }
+    }
+}
+
 /// Options of curves against a key.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Against a key of the scene")]
@@ -219,10 +261,19 @@ impl Attenuate {
         let directory = self.out.as_deref();
         let is_length = self.against == BODIES;
         let (curves, measured) = if is_length {
+            if let Some(vary) = self.key.vary.first() {
+                let expected = "a key behind `--against`; lengths are compared of scene files, `--angles` or `--ratios`";
+                return Err(Error::Request {
+                    option: "vary",
+                    expected: expected.into(),
+                    found: format!("`{vary}` beside `--against {BODIES}`"),
+                });
+            }
             let request = self.request(text)?;
             let measured = self.measured_along()?;
             (Curves::Length(request.run(directory, observer)?), measured)
         } else {
+            self.length.refuse_beside(&self.against)?;
             let base = self.base(text, "against")?;
             let (scene, over) = against(base, &self.against)?;
             let (measured, also) = self.measured_at()?;
