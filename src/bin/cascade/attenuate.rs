@@ -124,42 +124,32 @@ pub struct LengthArgs {
 impl LengthArgs {
     /// Refuses what says something of lengths, or of other chains, beside a key.
     fn refuse_beside(&self, key: &str) -> Result<(), Error> {
-        let in_one_chain = matches!(self.sense, Some(Where::Chain | Where::Both));
+        let is_inside = matches!(self.sense, Some(Where::Chain | Where::Both));
         let typed = [
-            (
-                !self.angles.is_empty(),
-                "angles",
-                "`--against angle=A,B,..`",
-            ),
-            (
-                !self.ratios.is_empty(),
-                "ratios",
-                "`--against stiffness_ratio=A,B,..`",
-            ),
-            (self.bodies.is_some(), "bodies", "`--sites`"),
-            (in_one_chain, "sense", "`--sense wall`, where the pulse is"),
-            (self.lengths.is_some(), "lengths", "`--vary sites=A,B,..`"),
-            (
-                self.target.is_some(),
-                "target",
-                "`--against bodies`, a scene file, `--angles` or `--ratios` for each chain",
-            ),
-            (self.contacts.is_some(), "contacts", "`--against bodies`"),
-            (self.fit.is_some(), "fit", "`--against bodies`"),
-            (
-                self.band_edge_frequency.is_some(),
-                "band-edge-frequency",
-                "`--against bodies`",
-            ),
+            ("angles", !self.angles.is_empty()),
+            ("ratios", !self.ratios.is_empty()),
+            ("bodies", self.bodies.is_some()),
+            ("lengths", self.lengths.is_some()),
+            ("sense", is_inside),
+            ("target", self.target.is_some()),
+            ("contacts", self.contacts.is_some()),
+            ("fit", self.fit.is_some()),
+            ("band-edge-frequency", self.band_edge_frequency.is_some()),
         ];
-        match typed.into_iter().find(|(is_typed, ..)| *is_typed) {
-            None => Ok(()),
-            Some((_, option, serves)) => Err(Error::Request {
-                option,
-                expected: format!("{serves}, or none against a key"),
-                found: format!("`--{option}` beside `--against {key}`"),
-            }),
-        }
+        let Some((option, _)) = typed.into_iter().find(|(_, is_typed)| *is_typed) else {
+            return Ok(());
+        };
+        let expected = match option {
+            "angles" | "ratios" => "values of the key: angle=A,B,.. or stiffness_ratio=A,B,..",
+            "bodies" | "lengths" => "`--sites N`, or `--vary sites=A,B,..`",
+            "sense" => "`--sense wall`: against a key the pulse is followed there",
+            _ => "`--against bodies`, with a scene file, `--angles` or `--ratios` for each chain",
+        };
+        Err(Error::request(
+            option,
+            expected,
+            format!("`--{option}` beside `--against {key}`"),
+        ))
     }
 }
 
@@ -263,11 +253,8 @@ impl Attenuate {
         let (curves, measured) = if is_length {
             if let Some(vary) = self.key.vary.first() {
                 let expected = "a key behind `--against`; lengths are compared of scene files, `--angles` or `--ratios`";
-                return Err(Error::Request {
-                    option: "vary",
-                    expected: expected.into(),
-                    found: format!("`{vary}` beside `--against {BODIES}`"),
-                });
+                let found = format!("`{vary}` beside `--against {BODIES}`");
+                return Err(Error::request("vary", expected, found));
             }
             let request = self.request(text)?;
             let measured = self.measured_along()?;
