@@ -89,7 +89,7 @@ impl Describe for Swept {
     /// A chart for each measure that some member has: medians with their bands against a key; of the seed alone, all
     /// values in order.
     fn pictures(&self) -> Vec<PlotRow> {
-        let along = Abscissa::of(&self.request.axes());
+        let along = abscissa(&self.request.axes());
         PlotRow::grid(
             1,
             MEASURES.iter().filter_map(|measure| match &along {
@@ -128,14 +128,14 @@ impl Swept {
     }
 
     /// A measure against a key, a curve for each combination of the other ones.
-    fn against(&self, along: &Abscissa, measure: &Measure) -> Option<Chart> {
+    fn against(&self, (along, axis): &(usize, String), measure: &Measure) -> Option<Chart> {
         let (points, is_ensemble) = self.points();
         let mut curves: Vec<(String, Curve)> = Vec::new();
         for point in &points {
-            let Some((x, _)) = quantity(&point.values[along.index]) else {
+            let Some((x, _)) = quantity(&point.values[*along]) else {
                 continue;
             };
-            let name = self.named(&point.values, Some(along.index));
+            let name = self.named(&point.values, Some(*along));
             // The line breaks where there is no value.
             let nothing = [f64::NAN; 3];
             let spread = point.of(measure.1);
@@ -166,12 +166,7 @@ impl Swept {
             1 => measure.0.to_owned(),
             _ => format!("{}, one of every {every} combinations", measure.0),
         };
-        Some(wide(self.chart(
-            measure,
-            title,
-            &along.label,
-            series.collect(),
-        )?))
+        Some(wide(self.chart(measure, title, axis, series.collect())?))
     }
 
     /// The values of all members of the one ensemble, in order.
@@ -267,12 +262,13 @@ impl Swept {
     fn table_of(&self, ensembles: &[Ensemble]) -> Table {
         let keys = self.request.axes().into_iter().map(|axis| &*axis.key);
         let head = ["measure", "members", "5 %", "median", "95 %", "spread"];
+        let measures = MEASURES.map(|measure| (measure.1, self.label(&measure)));
         let rows = ensembles.iter().flat_map(|ensemble| {
-            MEASURES.iter().filter_map(move |measure| {
-                let spread = ensemble.of(measure.1)?;
+            measures.iter().filter_map(move |(column, label)| {
+                let spread = ensemble.of(column)?;
                 let numbers = [spread.p05, spread.median, spread.p95, spread.deviation];
                 let values = ensemble.values.iter().map(|value| short(value));
-                let row = values.chain([self.label(measure), spread.members.to_string()]);
+                let row = values.chain([label.clone(), spread.members.to_string()]);
                 Some(row.chain(numbers.map(number)).collect())
             })
         });
@@ -347,26 +343,16 @@ pub(crate) fn wide(chart: Chart) -> Chart {
     }
 }
 
-/// The key along the abscissa: its index, and its name with its unit.
-struct Abscissa {
-    index: usize,
-    label: String,
-}
-
-impl Abscissa {
-    /// The numeric key with most values; `None` if none has two.
-    fn of(axes: &[&SweptKey]) -> Option<Abscissa> {
-        let numeric = axes.iter().enumerate().filter_map(|(index, axis)| {
-            let (_, unit) = quantity(axis.values.first()?)?;
-            let alike = |text: &String| quantity(text).is_some_and(|(_, other)| other == unit);
-            let count = axis.values.len();
-            (count > 1 && axis.values.iter().all(alike)).then_some((index, count, unit))
-        });
-        let most = |(index, count, _): &(usize, usize, &str)| (*count, std::cmp::Reverse(*index));
-        let (index, _, unit) = numeric.max_by_key(most)?;
-        Some(Abscissa {
-            index,
-            label: label(&axes[index].key.replace('_', " "), unit),
-        })
-    }
+/// The key along the abscissa, the numeric one with most values: its index, and its name with its unit; `None` if none
+/// has two.
+fn abscissa(axes: &[&SweptKey]) -> Option<(usize, String)> {
+    let numeric = axes.iter().enumerate().filter_map(|(index, axis)| {
+        let (_, unit) = quantity(axis.values.first()?)?;
+        let alike = |text: &String| quantity(text).is_some_and(|(_, other)| other == unit);
+        let count = axis.values.len();
+        (count > 1 && axis.values.iter().all(alike)).then_some((index, count, unit))
+    });
+    let most = |(index, count, _): &(usize, usize, &str)| (*count, std::cmp::Reverse(*index));
+    let (index, _, unit) = numeric.max_by_key(most)?;
+    Some((index, label(&axes[index].key.replace('_', " "), unit)))
 }

@@ -215,7 +215,10 @@ fn val_followed_pulses_forces_of_chains_that_amplify() {
         let truth = followed.unwrap().pulses[0].peak_force;
         let (force, error) = (found.peak_force_last, found.peak_force_last_error.unwrap());
         let off = (force.unwrap() - truth.value).abs();
-        assert!(off <= error + truth.error && error < 1e-3, "{off:e} {error:e}");
+        assert!(
+            off <= error + truth.error && error < 1e-3,
+            "{off:e} {error:e}"
+        );
         assert!(found.error.unwrap() > 1e-8 && !found.warned, "{found:?}");
     }
 }

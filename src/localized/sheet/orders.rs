@@ -5,7 +5,8 @@ use serde_json::json;
 use super::super::{Alternation, Comparison, Direct, OrderRow};
 use super::{DIGITS, LOCALIZED, TIME};
 use crate::sheet::{
-    Chart, Describe, Look, PlotRow, Series, Sheet, Table, error_size, number, percent, with_half,
+    Chart, Describe, Look, PlotRow, Series, Sheet, Table, error_size, name_of, number, percent,
+    with_half,
 };
 
 /// Ratios that the answer names at most.
@@ -31,7 +32,7 @@ impl Describe for Orders {
             title: "Localized waves".into(),
             about: format!(
                 "Dimers whose {} alternates, contact law of exponent {}",
-                family.alternation.name(),
+                name_of(&family.alternation),
                 family.exponent
             ),
             answer: self.answer(),
@@ -117,7 +118,7 @@ impl Orders {
             (first, last) if first == last => format!("order {first}"),
             (first, last) => format!("orders {first} to {last}"),
         };
-        let of = self.comparison.family.alternation.name();
+        let of = name_of(&self.comparison.family.alternation);
         let ratios = first(resolved().filter_map(ratio).collect());
         let mut answer = match count {
             0 => return format!("no localized wave of {orders} is resolved"),
@@ -179,23 +180,13 @@ impl Orders {
 
     /// One row for each order, with all digits; unknown values are empty.
     fn records(&self) -> Table {
-        let names = RECORDS.iter().map(|(name, _)| *name);
-        let head: Vec<&str> = names.chain(["reason"]).collect();
         let ratio = match self.comparison.family.alternation {
             Alternation::Stiffness => "kappa",
             Alternation::Mass => "mass_ratio",
         };
-        let rows = self.rows.iter().map(|row| {
-            let known = json!(row);
-            let numbers = RECORDS.iter().map(|(_, place)| {
-                let value = known.pointer(&place.replace("RATIO", ratio));
-                let value = value.and_then(|value| value.as_f64());
-                value.map_or(String::new(), |value| value.to_string())
-            });
-            let reason = row.reason.clone().unwrap_or_default();
-            numbers.chain([reason]).collect()
-        });
-        Table::of("", &head, rows)
+        let places = RECORDS.map(|(name, place)| (name, place.replace("RATIO", ratio)));
+        let places = places.each_ref().map(|(name, place)| (*name, &**place));
+        Table::of_places(&places, self.rows.iter().map(|row| json!(row)))
     }
 }
 
@@ -256,7 +247,7 @@ const LEAKS: [Column<(String, Direct)>; 4] = [
 ];
 
 /// The numbers of `table.csv`: their names, and where they are in the JSON of an order.
-const RECORDS: [(&str, &str); 34] = [
+const RECORDS: [(&str, &str); 35] = [
     ("order", "/order"),
     ("ratio", "/exact/RATIO"),
     ("error", "/exact/error"),
@@ -300,4 +291,5 @@ const RECORDS: [(&str, &str); 34] = [
         "published_estimate_difference",
         "/differences/published_estimate",
     ),
+    ("reason", "/reason"),
 ];
