@@ -154,7 +154,6 @@ fn made(
     typed.check()?;
     let all = each_field(openers)?;
     let path: Option<PathBuf> = all.first().and_then(Opener::path);
-<<<<<<< HEAD:python/src/results.rs
     let name = path.clone().unwrap_or_else(|| "field".into());
     let fields = match typed.reading() {
         Some(reading) => {
@@ -167,21 +166,9 @@ fn made(
         None => Vec::new(),
     };
     let doubts = fields.iter().flat_map(|field: &Field| &field.notes);
-    let doubts = doubts.filter(|note| note.is_doubtful()).map(|note| {
-        let advice = note.advice().unwrap_or_default();
-        (note.message(), advice.to_owned())
-=======
-    let name = path.clone();
-    let name = name.unwrap_or_else(|| Path::new("field").to_owned());
-    let input = &typed.shared().input;
-    let open = |opener: Opener| opener.open(input, typed.shared().memory, None);
-    let fields = all.into_iter().map(open);
-    let fields: Vec<Field> = fields.collect::<Result<_, _>>()?;
-    let doubts = fields.iter().flat_map(|field| &field.notes);
     let doubts = doubts.filter(|note| note.is_doubtful).map(|note| {
         let advice = note.advice.unwrap_or_default();
         (note.text.clone(), advice.to_owned())
->>>>>>> s-read2:python/src/estimates.rs
     });
     let doubts = doubts.collect();
     let opened: Vec<&Field> = fields.iter().collect();

@@ -35,16 +35,6 @@ pub enum ContactKind {
     Other,
 }
 
-impl ContactKind {
-    pub fn name(self) -> &'static str {
-        match self {
-            ContactKind::Soft => "soft",
-            ContactKind::Stiff => "stiff",
-            ContactKind::Other => "other",
-        }
-    }
-}
-
 /// The repeating pattern of a chain. Short chains do not hold all of it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Pattern {

@@ -250,21 +250,13 @@ mod tests {
     #[test]
     fn val_intervals_hold_the_truth_as_often_as_they_say() {
         let n = lengths(30);
-        let mut state = 7;
-        // The sum of twelve uniform numbers is nearly normal.
-        let mut noise = || {
-            let mut sum = -6.0;
-            for _ in 0..12 {
-                let (next, bits) = crate::numeric::split_mix(state);
-                state = next;
-                sum += crate::numeric::unit_interval(bits);
-            }
-            sum
-        };
+        let mut random = crate::numeric::Random::new(7);
         let mut held = [0; 2];
         for _ in 0..400 {
             let y = along(&n, |n| (-0.05 * n).exp());
-            let noisy = y.iter().map(|(n, y)| (*n, y * (1.0 + 0.03 * noise())));
+            let noisy = y
+                .iter()
+                .map(|(n, y)| (*n, y * (1.0 + 0.03 * random.normal())));
             let y: Vec<(f64, f64)> = noisy.collect();
             let fits = fit(&y, Criterion::Aicc).unwrap();
             let exponential = fits

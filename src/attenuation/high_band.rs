@@ -1,10 +1,10 @@
 //! The fraction of the energy passed above a frequency.
 
-use crate::Result;
 use crate::arrays::Nowhere;
 use crate::budget::{self, BudgetRequest, Motion, Views};
 use crate::chain::{EndTime, Record, Simulation};
 use crate::observer::{CancelOnly, Observer, Silent};
+use crate::{Error, Result};
 
 /// Samples of a run for power-flow spectra.
 const SAMPLES: usize = 8192;
@@ -70,9 +70,6 @@ fn flow(
     };
     let quiet = CancelOnly(observer);
     let found = budget::run(&motion, &request, &Nowhere, &quiet)?;
-    found.frequency.ok_or_else(|| crate::Error::Request {
-        option: "band-edge-frequency",
-        expected: "a power flow".into(),
-        found: "none".into(),
-    })
+    let missing = || Error::request("band-edge-frequency", "a power flow", "none");
+    found.frequency.ok_or_else(missing)
 }

@@ -10,12 +10,15 @@ use super::curve::{
 };
 use super::fit::{Criterion, fit};
 use super::high_band::default_edge;
-use super::members::{Known, Pair, StoredChains, failed, follow};
-use super::pulse::{Sense, refuse};
-use crate::Result;
+use super::members::{Known, Pair, StoredChains, Studied, follow};
+use super::pulse::Sense;
 use crate::chain::Simulation;
 use crate::chain::scene::{SceneSource, Units};
 use crate::observer::{CancelOnly, Observer};
+use crate::{Error, Result};
+
+/// Most bodies of a chain.
+const MOST: usize = 100_000;
 
 /// Every length up to this one is simulated in the wall sense.
 const EVERY: usize = 40;
@@ -79,33 +82,38 @@ impl AttenuationRequest {
     /// # Errors
     /// [`crate::Error::Request`] for missing or invalid values.
     fn check(&self) -> Result<()> {
-        let no =
-            |option, expected: &str, found: String| Err(refuse(option, expected.into(), found));
-        if self.chains.is_empty() {
-            return no("chains", "at least one chain", "none".into());
-        }
-        if !(2..=100_000).contains(&self.length) {
-            return no("bodies", "2 to 100000", self.length.to_string());
-        }
-        if self.senses.is_empty() {
-            return no("sense", "chain, wall or both", "none".into());
-        }
-        if let Some(target) = self.target.filter(|t| !(*t > 0.0 && *t < 1.0)) {
-            return no("target", "a number between 0 and 1", target.to_string());
-        }
-        let lengths = self.lengths.iter().flatten();
-        if let Some(n) = lengths.clone().find(|n| !(1..=100_000).contains(*n)) {
-            return no("lengths", "1 to 100000 bodies each", n.to_string());
-        }
-        if self.lengths.as_ref().is_some_and(|l| l.is_empty()) {
-            return no("lengths", "at least one length", "none".into());
-        }
-        if let Some(edge) = self.band_edge_frequency
-            && !(edge.is_finite() && edge >= 0.0)
-        {
-            return no("band-edge-frequency", "0 or more", edge.to_string());
-        }
-        Ok(())
+        Error::require(
+            !self.chains.is_empty(),
+            "chains",
+            "at least one chain",
+            "none",
+        )?;
+        let is_so = (2..=MOST).contains(&self.length);
+        Error::require(is_so, "bodies", format!("2 to {MOST}"), self.length)?;
+        Error::require(
+            !self.senses.is_empty(),
+            "sense",
+            "chain, wall or both",
+            "none",
+        )?;
+        let target = self.target.unwrap_or(0.5);
+        let is_so = target > 0.0 && target < 1.0;
+        Error::require(is_so, "target", "a number between 0 and 1", target)?;
+        let edge = self.band_edge_frequency.unwrap_or(0.0);
+        let is_so = edge.is_finite() && edge >= 0.0;
+        Error::require(is_so, "band-edge-frequency", "0 or more", edge)?;
+        let own = [self.length];
+        let lengths = self.lengths.as_deref().unwrap_or(&own);
+        Error::require(
+            !lengths.is_empty(),
+            "lengths",
+            "at least one length",
+            "none",
+        )?;
+        lengths.iter().try_for_each(|n| {
+            let expected = format!("1 to {MOST} bodies each");
+            Error::require((1..=MOST).contains(n), "lengths", expected, n)
+        })
     }
 
     fn wall_lengths(&self) -> Vec<usize> {
@@ -153,21 +161,24 @@ impl AttenuationRequest {
             }
         }
         let known = Known::open(directory, &StoredChains::new(scenes, "bodies"))?;
-        let pairs = || courses.iter().flat_map(|(_, pairs)| pairs);
-        follow(pairs(), &known, observer)?;
-        let curves: Result<Vec<AttenuationCurve>> = courses
-            .par_iter()
-            .map(|(course, pairs)| self.curve(course, pairs, &known, &CancelOnly(observer)))
-            .collect();
-        let curves = curves.map_err(|error| known.paused(error, 2 * pairs().count()))?;
-        known.sync()?;
+        let pairs = courses.iter().flat_map(|(_, pairs)| pairs);
+        let Studied {
+            curves,
+            failed,
+            computed,
+        } = follow(pairs, &known, observer, || {
+            let curve = |(course, pairs): &(Course, Vec<Pair>)| {
+                self.curve(course, pairs, &known, &CancelOnly(observer))
+            };
+            courses.par_iter().map(curve).collect()
+        })?;
         Ok(Attenuation {
             length: self.length,
             kind: self.kind,
             target: self.target,
             curves,
-            failed: failed(pairs(), &known),
-            computed: known.computed(),
+            failed,
+            computed,
         })
     }
 

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::pulse::Located;
 use crate::error::{Error, InputFault, Result};
 use crate::field::Field;
 use crate::numeric::{deviation, median};
@@ -111,13 +112,6 @@ fn unit_of(heading: &str) -> Option<&str> {
     (!is_number && unit.len() <= 4).then_some(unit)
 }
 
-/// A time with its standard error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct MeasuredTime {
-    pub value: f64,
-    pub error: f64,
-}
-
 /// The pulse at one site of a measured velocity field.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MeasuredPeak {
@@ -130,7 +124,7 @@ pub struct MeasuredPeak {
     pub time_error: f64,
     /// Arrival: the last time before the peak at which the velocity is half of the peak; `None`
     /// where the record begins too late.
-    pub arrival: Option<MeasuredTime>,
+    pub arrival: Option<Located>,
     /// Standard deviation of the samples before the pulse; where these are few, the median of other sites. `None`
     /// if it is known at no site: then errors are those of interpolation alone.
     pub noise: Option<f64>,
@@ -180,7 +174,7 @@ pub fn measured_peaks(field: &Field) -> Vec<MeasuredPeak> {
             site,
             time: field.time.origin + peak.time * field.time.step,
             time_error: peak.time_error * field.time.step,
-            arrival: peak.arrival.map(|time| MeasuredTime {
+            arrival: peak.arrival.map(|time| Located {
                 value: field.time.origin + time.value * field.time.step,
                 error: time.error * field.time.step,
             }),
@@ -260,7 +254,7 @@ fn peak_of(record: &[f64], noise: Option<f64>) -> Option<MeasuredPeak> {
 /// the cubic through the two samples on either side. The error combines the error of the level,
 /// divided by the slope, and the distance to linear interpolation. `None` with fewer than two
 /// samples before the crossing, or for samples that are not finite.
-fn rise_of(record: &[f64], top: usize, level: f64, level_error: f64) -> Option<MeasuredTime> {
+fn rise_of(record: &[f64], top: usize, level: f64, level_error: f64) -> Option<Located> {
     let below = record[..top].iter().rposition(|v| *v < level)?;
     let nodes = record.get(below.checked_sub(1)?..below + 3)?;
     if nodes.iter().any(|v| !v.is_finite()) {
@@ -276,7 +270,7 @@ fn rise_of(record: &[f64], top: usize, level: f64, level_error: f64) -> Option<M
     let line = (level - v[1]) / steps[1];
     let slope = (cubic(at + 1e-4) - cubic(at - 1e-4)) / 2e-4;
     let off = level_error / slope.abs().max(f64::MIN_POSITIVE);
-    Some(MeasuredTime {
+    Some(Located {
         value: below as f64 + at,
         error: off.hypot(at - line),
     })
@@ -320,19 +314,12 @@ mod tests {
     /// With noise, about two thirds of the peaks are within one standard error.
     #[test]
     fn val_errors_cover_as_often_as_a_standard_error_does() {
-        let (mut state, mut held, n) = (3, [0; 3], 500);
+        let (mut random, mut held, n) = (crate::numeric::Random::new(3), [0; 3], 500);
         for trial in 0..n {
             let at = 60.0 + f64::from(trial) / f64::from(n);
             let record: Vec<f64> = (0..128)
-                .map(|i| {
-                    let mut sum = -6.0;
-                    for _ in 0..12 {
-                        let (next, bits) = crate::numeric::split_mix(state);
-                        state = next;
-                        sum += crate::numeric::unit_interval(bits);
-                    }
-                    (-0.5 * ((f64::from(i) - at) / 6.0).powi(2)).exp() + 0.003 * sum
-                })
+                .map(|i| (-0.5 * ((f64::from(i) - at) / 6.0).powi(2)).exp())
+                .map(|pulse| pulse + 0.003 * random.normal())
                 .collect();
             let peak = peak_of(&record, noise_of(&record)).unwrap();
             held[0] += i32::from((peak.velocity - 1.0).abs() <= peak.velocity_error);

@@ -131,31 +131,42 @@ fn members<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Vec<&'a FollowedChain> 
     all.filter(|member| seen.insert(&member.key)).collect()
 }
 
-/// Follows the pulses of chains and their references in parallel.
+/// What was found of chains.
+pub(super) struct Studied<C> {
+    pub(super) curves: Vec<C>,
+    /// Names and reasons of the chains that failed.
+    pub(super) failed: Vec<(String, String)>,
+    /// How many were simulated in this run.
+    pub(super) computed: usize,
+}
+
+/// Follows the pulses of chains and their references in parallel, then makes curves, which may need further ones.
 ///
 /// # Errors
-/// As [`Journal::each`].
-pub(super) fn follow<'a>(
+/// As [`Journal::each`], and those of `curves`.
+pub(super) fn follow<'a, C>(
     pairs: impl Iterator<Item = &'a Pair>,
     known: &Known,
     observer: &dyn Observer,
-) -> Result<()> {
-    known.each("pulses", &members(pairs), observer, |member, observer| {
+    curves: impl FnOnce() -> Result<Vec<C>>,
+) -> Result<Studied<C>> {
+    let members = members(pairs);
+    known.each("pulses", &members, observer, |member, observer| {
         member.outcome(known, observer).map(drop)
+    })?;
+    let curves = curves().map_err(|error| known.paused(error, members.len()))?;
+    known.sync()?;
+    let failed = members
+        .iter()
+        .filter_map(|member| match known.known(&member.key)? {
+            Outcome::Failed(reason) => Some((member.name.clone(), reason)),
+            Outcome::Done(_) => None,
+        });
+    Ok(Studied {
+        curves,
+        failed: failed.collect(),
+        computed: known.computed(),
     })
-}
-
-/// Names and reasons of the chains that failed.
-pub(super) fn failed<'a>(
-    pairs: impl Iterator<Item = &'a Pair>,
-    known: &Known,
-) -> Vec<(String, String)> {
-    let members = members(pairs).into_iter();
-    let failed = members.filter_map(|member| match known.known(&member.key)? {
-        Outcome::Failed(reason) => Some((member.name.clone(), reason)),
-        Outcome::Done(_) => None,
-    });
-    failed.collect()
 }
 
 impl FollowedChain {

@@ -24,9 +24,7 @@ pub use fit::{AttenuationLaw, Criterion, Fit, Fits, Parameter, fit};
 pub use followed::{Curves, Followed};
 pub use length::{AttenuationRequest, Named};
 pub use marks::LocalizedMark;
-pub use measured::{
-    Compared, MeasuredPeak, MeasuredPoint, MeasuredTime, measured_peaks, read_curve,
-};
+pub use measured::{Compared, MeasuredPeak, MeasuredPoint, measured_peaks, read_curve};
 pub use pulse::{FRONT, Located, Pulse, Pulses, Sense, pulses};
 pub use transmission::{
     Transmission, TransmissionCurve, TransmissionExtremum, TransmissionPoint, TransmissionRequest,

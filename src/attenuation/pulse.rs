@@ -12,7 +12,8 @@ use crate::{Error, Result};
 /// The fraction of its peak force at which a pulse arrives.
 pub const FRONT: f64 = 0.01;
 
-/// A value and its error: the difference from a run with 32 times the local error.
+/// A value and its error: of a simulated pulse the difference from a run with 32 times the local error, of a measured one
+/// the standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Located {
     pub value: f64,
@@ -143,17 +144,9 @@ pub(super) fn contacts(simulation: &Simulation, sense: Sense) -> Result<Range<us
         _ => None,
     };
     match (refused, sense) {
-        (Some((option, expected, found)), _) => Err(refuse(option, expected.into(), found.into())),
+        (Some((option, expected, found)), _) => Err(Error::request(option, expected, found)),
         (None, Sense::Wall) => Ok(n - 1..n),
         (None, Sense::Chain) => Ok(0..n),
-    }
-}
-
-pub(super) fn refuse(option: &'static str, expected: String, found: String) -> Error {
-    Error::Request {
-        option,
-        expected,
-        found,
     }
 }
 

@@ -8,12 +8,12 @@ use serde::Serialize;
 use super::chains::{Pattern, SceneTemplate};
 use super::extremum::{CurvePoint, Extremum, extrema, resolved};
 use super::marks::{LocalizedMark, Waves, localized_marks};
-use super::members::{Known, Pair, StoredChains, failed, follow};
-use super::pulse::{Located, Pulse, Sense, refuse};
-use crate::Result;
+use super::members::{Known, Pair, StoredChains, Studied, follow};
+use super::pulse::{Located, Pulse, Sense};
 use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::observer::{CancelOnly, Observer};
 use crate::sweep::SweptKey;
+use crate::{Error, Result};
 
 /// A request for transmission curves.
 #[derive(Debug, Clone)]
@@ -120,11 +120,8 @@ impl TransmissionRequest {
             self.vary.iter().map(|text| SweptKey::parse(text)).collect();
         let axes = axes?;
         if let Some(axis) = axes.iter().find(|axis| axis.key == over.key) {
-            return Err(refuse(
-                "vary",
-                "another key than the abscissa".into(),
-                axis.key.clone(),
-            ));
+            let expected = "another key than the abscissa";
+            return Err(Error::request("vary", expected, &axis.key));
         }
         let make = SceneTemplate::new(self.scene.clone())?;
         let scene = make.text()?;
@@ -139,23 +136,25 @@ impl TransmissionRequest {
         let chains: Result<Vec<SeriesChain>> = all.map(|(family, at)| family.chain(at)).collect();
         let chains = chains?;
         let known = Known::open(directory, &StoredChains::new(vec![scene], &over.key))?;
-        let pairs = || chains.iter().map(|(pair, ..)| pair);
-        follow(pairs(), &known, observer)?;
-        let mut waves = Waves::default();
-        let curves: Result<Vec<TransmissionCurve>> = families
-            .iter()
-            .map(|family| self.curve(family, &values, &known, &mut waves, observer))
-            .collect();
-        let curves = curves.map_err(|error| known.paused(error, 2 * pairs().count()))?;
-        known.sync()?;
+        let pairs = chains.iter().map(|(pair, ..)| pair);
+        let Studied {
+            curves,
+            failed,
+            computed,
+        } = follow(pairs, &known, observer, || {
+            let mut waves = Waves::default();
+            let mut curve =
+                |family: &ChainSeries| self.curve(family, &values, &known, &mut waves, observer);
+            families.iter().map(&mut curve).collect()
+        })?;
         Ok(Transmission {
             key: over.key,
             units: chains
                 .last()
                 .map_or(Units::None, |(_, setup, _)| setup.units),
             curves,
-            failed: failed(pairs(), &known),
-            computed: known.computed(),
+            failed,
+            computed,
         })
     }
 
@@ -167,8 +166,8 @@ impl TransmissionRequest {
             .map(|text| text.parse().ok().filter(|v: &f64| v.is_finite()))
             .collect();
         let Some(mut values) = numbers else {
-            let expected = "numbers, without units, for the abscissa".into();
-            return Err(refuse("against", expected, over.values.join(", ")));
+            let expected = "numbers, without units, for the abscissa";
+            return Err(Error::request("against", expected, over.values.join(", ")));
         };
         values.extend(self.also.iter().copied().filter(|v| v.is_finite()));
         values.sort_by(f64::total_cmp);

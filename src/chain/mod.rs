@@ -40,6 +40,7 @@ pub(crate) use peak::largest;
 pub use resonators::Resonators;
 pub use result::{Run, RunReport, RunWarning};
 pub use run::CHECK_FACTOR;
+pub(crate) use run::Checked;
 pub use simulation::{Accuracy, EndTime, Record, Simulation};
 pub use stepping::{Cost, Scheme, StepControl, SteppedSites};
 pub(crate) use stepping::{Quintic, openings};

@@ -96,10 +96,10 @@ impl Run {
         Some((end / digit).ceil() * digit)
     }
 
-    /// By how much an error of the velocities can change the largest force of contact j: an error of the
+    /// By how much this error of the velocities can change the largest force of contact j: an error of the
     /// speed v of a mass m becomes one of the overlap by the same energy, `k x^2 = m v^2`, which changes the
     /// force by `sqrt(k m) v`, with the largest stiffness k sampled and the heavier mass.
-    pub(crate) fn impedance(&self, contact: usize) -> Option<f64> {
+    pub(crate) fn force_error(&self, contact: usize, speed: f64) -> Option<f64> {
         let x = self.displacement.as_ref()?;
         let chain = &self.chain;
         let law = chain.contact(contact);
@@ -110,7 +110,7 @@ impl Run {
             .map(|row| row[contact] - right.map_or(0.0, |right| row[right]));
         let stiffest = overlaps.map(|r| law.stiffness(r).abs()).fold(0.0, f64::max);
         let heavier = right.map_or(0.0, |right| chain.mass[right]);
-        Some((stiffest * heavier.max(chain.mass[contact])).sqrt())
+        Some((stiffest * heavier.max(chain.mass[contact])).sqrt() * speed)
     }
 
     /// Acceleration of a site at a sample, from the forces recorded there.

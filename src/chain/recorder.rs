@@ -38,7 +38,7 @@ impl SampleTimes {
     }
 
     /// Among all samples.
-    fn index(&self, sample: usize) -> usize {
+    pub(super) fn index(&self, sample: usize) -> usize {
         (sample * self.stride).min(self.last)
     }
 

@@ -91,7 +91,23 @@ impl Simulation {
     /// As [`Simulation::check`]; [`Error::Request`] for a step that is unstable and for energy that
     /// does not balance; [`Error::Cancelled`] when the observer asks to stop.
     pub fn run(&self, observer: &dyn Observer) -> Result<Run> {
-        let mut run = self.run_to_accuracy(observer)?;
+        self.finished(self.run_to_accuracy(None, observer)?)
+    }
+
+    /// As [`Simulation::run`], but where `is_enough` says that a run tells what is wanted of it, its velocities may miss
+    /// the tolerance elsewhere.
+    ///
+    /// # Errors
+    /// As [`Simulation::run`].
+    pub(crate) fn run_until(
+        &self,
+        is_enough: &dyn Fn(&Checked) -> bool,
+        observer: &dyn Observer,
+    ) -> Result<Run> {
+        self.finished(self.run_to_accuracy(Some(is_enough), observer)?)
+    }
+
+    fn finished(&self, mut run: Run) -> Result<Run> {
         self.state_rounding(&mut run);
         self.check_energy(&mut run)?;
         Ok(run)
@@ -180,7 +196,11 @@ impl Simulation {
         Ok(())
     }
 
-    fn run_to_accuracy(&self, observer: &dyn Observer) -> Result<Run> {
+    fn run_to_accuracy(
+        &self,
+        is_enough: Option<&dyn Fn(&Checked) -> bool>,
+        observer: &dyn Observer,
+    ) -> Result<Run> {
         self.check()?;
         let end = match self.end_time {
             EndTime::At(end) => end,
@@ -206,7 +226,11 @@ impl Simulation {
             Accuracy::Tolerance(tolerance) => (self.local_error_for(tolerance), Some(tolerance)),
         };
         let all = SampleTimes::all(end, self.samples);
-        let few = all.at_most(CHECKED_SAMPLES);
+        let few = match is_enough {
+            // A pulse shows in a few samples.
+            Some(_) => all.at_most(CHECKED_SAMPLES.max(self.samples / 2)),
+            None => all.at_most(CHECKED_SAMPLES),
+        };
         let scale = match self.drive {
             Some(_) => self.driven_scale(scale, few, observer)?,
             None => scale,
@@ -248,7 +272,14 @@ impl Simulation {
             };
             let error = SURE * (difference + shared) / scale;
             run.report.error = Some(error);
-            let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) else {
+            let checked = Checked {
+                run: &run,
+                coarser: &other.1,
+                samples: other.0,
+                shared: shared + self.rounding_of_flights(&run) * scale,
+            };
+            let is_enough = is_enough.is_some_and(|is_enough| is_enough(&checked));
+            let Some(tolerance) = tolerance.filter(|limit| error > *limit && !is_enough) else {
                 return Ok(run);
             };
             let rounding = grown_rounding(&differences, LEAST_EARLY * coarse * scale, scale);
@@ -429,6 +460,37 @@ impl Simulation {
         }
         checks.estimated = stepping.estimated();
         recorder.finish(control, stepping.cost())
+    }
+}
+
+/// A run beside one of coarser steps.
+pub(crate) struct Checked<'r> {
+    pub(crate) run: &'r Run,
+    coarser: &'r Run,
+    samples: SampleTimes,
+    /// An error that both have.
+    shared: f64,
+}
+
+impl Checked<'_> {
+    /// By how much errors of the velocities on its two sides change the largest force of a contact, which it has at
+    /// this time: as [`Run::force_error`], of what the two runs differ by until then.
+    pub(crate) fn force_error(&self, contact: usize, time: f64) -> Option<f64> {
+        let sides = [Some(contact), self.run.chain.contact(contact).sites[1]];
+        let later = self.coarser.time.iter().position(|at| *at >= time);
+        let samples = 0..=later.unwrap_or(self.coarser.time.len() - 1);
+        let difference = samples.fold(0.0, |most: f64, sample| {
+            let off = |site: usize| {
+                let own = self.run.velocity[[self.samples.index(sample), site]];
+                (own - self.coarser.velocity[[sample, site]]).abs()
+            };
+            sides
+                .iter()
+                .flatten()
+                .fold(most, |most, site| most.max(off(*site)))
+        });
+        self.run
+            .force_error(contact, SURE * (difference + self.shared))
     }
 }
 

@@ -29,16 +29,12 @@ pub struct Angle {
 }
 
 impl Cylinders {
-    /// The angle at which the stiff contacts are kappa times as stiff as those at 90 degrees.
+    /// The angle at which the stiff contacts are kappa times as stiff as those at 90 degrees, for a stiffness ratio of a
+    /// relative error.
     ///
     /// # Errors
     /// As [`angle_of_stiffness_ratio`] and [`HertzContact::crossed_cylinders`].
-    pub fn crossed_for(&self, kappa: f64) -> Result<Angle> {
-        self.crossed_within(kappa, 0.0)
-    }
-
-    /// The same for a stiffness ratio of a relative error.
-    pub(super) fn crossed_within(&self, kappa: f64, error: f64) -> Result<Angle> {
+    pub fn crossed_for(&self, kappa: f64, error: f64) -> Result<Angle> {
         // Ratios below 1 have no angle.
         let end = |kappa: f64| angle_of_stiffness_ratio(kappa.max(1.0), self.ellipse);
         let degrees = angle_of_stiffness_ratio(kappa, self.ellipse)?;

@@ -118,11 +118,8 @@ impl Comparison {
     }
 
     fn angle(&self, kappa: f64, error: f64) -> Result<Option<Angle>> {
-        let angle = self
-            .cylinders
-            .as_ref()
-            .map(|it| it.crossed_within(kappa, error));
-        angle.transpose()
+        let cylinders = self.cylinders.as_ref();
+        cylinders.map(|it| it.crossed_for(kappa, error)).transpose()
     }
 
     fn scan(&self, cells: usize) -> LeakScan {

@@ -109,35 +109,6 @@ impl Search {
         ))
     }
 
-    /// The localized wave, of any order, to which Newton's method converges from a ratio.
-    ///
-    /// # Errors
-    /// [`Error::Request`] for a ratio that is not positive, [`Error::Unresolved`] where the steps
-    /// do not converge, or converge to a wave of ambiguous order.
-    pub fn wave_from(&self, ratio: f64) -> Result<Wave> {
-        let is_positive = ratio > 0.0 && ratio.is_finite();
-        Error::require(is_positive, "ratio", "a positive number", ratio)?;
-        let Some((grid, root)) = self.first(self.family.stiffening(ratio)) else {
-            return Err(unresolved(
-                "the localized wave",
-                format!("Newton's method to converge from the ratio {ratio}"),
-                "none",
-            ));
-        };
-        let wave = self.assemble(grid, &root);
-        let (nearest, order) = (self.nearest(wave.ratio), wave.order);
-        let is_beyond = self.family.stiffening(wave.ratio) > self.stiffenings[nearest - 1]
-            && nearest == self.stiffenings.len();
-        if nearest != order && !is_beyond {
-            return Err(unresolved(
-                "the localized wave",
-                format!("a wave of order {nearest}, that of the nearest estimate"),
-                format!("one with {order} maxima at the ratio {}", wave.ratio),
-            ));
-        }
-        self.counted(grid, root, order)
-    }
-
     /// Refines a wave and counts its maxima again.
     fn counted(&self, grid: Grid, root: Root, order: usize) -> Result<Wave> {
         let wave = self.refine(grid, root, order)?;

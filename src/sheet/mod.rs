@@ -219,6 +219,27 @@ impl Table {
         Table::of(title, &head, items.iter().map(row))
     }
 
+    /// A row for each object, of the values at these places of it (JSON pointers), under their names. Numbers have all
+    /// digits; cells are empty where nothing is known.
+    pub(crate) fn of_places(
+        places: &[(&str, &str)],
+        objects: impl Iterator<Item = Value>,
+    ) -> Table {
+        let cell = |object: &Value, place: &str| match object.pointer(place) {
+            None | Some(Value::Null) => String::new(),
+            Some(Value::String(text)) => text.clone(),
+            Some(value) => value.to_string(),
+        };
+        let row = |object| {
+            places
+                .iter()
+                .map(|(_, place)| cell(&object, place))
+                .collect()
+        };
+        let names: Vec<&str> = places.iter().map(|(name, _)| *name).collect();
+        Table::of("", &names, objects.map(row))
+    }
+
     /// Printed without `--verbose` too.
     pub fn printed(self) -> Table {
         Table {

@@ -39,11 +39,8 @@ impl SweptKey {
             return Err(refuse("KEY=VALUES, such as stiffness_ratio=1:120:400log"));
         }
         let Some(property) = properties().iter().find(|p| p.name == key) else {
-            return Err(Error::Request {
-                option: "vary",
-                expected: "a key of scenes (`cascade scene` prints them)".into(),
-                found: format!("`{key}`"),
-            });
+            let expected = "a key of scenes (`cascade scene` prints them)";
+            return Err(Error::request("vary", expected, format!("`{key}`")));
         };
         let whole = matches!(property.kind, Kind::Whole);
         let values: Vec<String> = match values.split(':').collect::<Vec<_>>()[..] {
@@ -139,11 +136,7 @@ fn integer(text: &str) -> Option<i64> {
 }
 
 fn refuse(expected: &str, found: &str) -> Error {
-    Error::Request {
-        option: "vary",
-        expected: expected.to_owned(),
-        found: format!("`{found}`"),
-    }
+    Error::request("vary", expected, format!("`{found}`"))
 }
 
 /// The values of one member, one an axis, in the order of the axes.
@@ -202,64 +195,40 @@ pub(super) fn count(axes: &[SweptKey]) -> Result<usize> {
 mod tests {
     use super::*;
 
-    fn values(text: &str) -> Vec<String> {
-        SweptKey::parse(text).unwrap().values
-    }
-
     #[test]
     fn values_of_each_form() {
-        assert_eq!(
-            values("stiffness_ratio=1:100:3log"),
-            ["1.0", "10.0", "100.0"]
-        );
-        assert_eq!(
-            values("stiffness_ratio=1:2:5"),
-            ["1.0", "1.25", "1.5", "1.75", "2.0"]
-        );
-        assert_eq!(values("seed=-1:2"), ["-1", "0", "1", "2"]);
-        assert_eq!(values("sites=10:1000:3log"), ["10", "100", "1000"]);
-        assert_eq!(values("sites=1:3:9"), ["1", "2", "3"]);
-        assert_eq!(values("ends=wall, free"), ["wall", "free"]);
-        let radii = ["5.0mm", "10.0mm", "15.0mm", "20.0mm"];
-        assert_eq!(values("radius=5mm:20 mm:4"), radii);
-        assert_eq!(
-            values("radius=1mm:100mm:3log"),
-            ["1.0mm", "10.0mm", "100.0mm"]
-        );
-        let axis = SweptKey::parse("stiffness-ratio=2,3").unwrap();
-        assert_eq!(axis.key, "stiffness_ratio");
+        for (text, expected) in [
+            ("stiffness_ratio=1:100:3log", "1.0 10.0 100.0"),
+            ("stiffness_ratio=1:2:5", "1.0 1.25 1.5 1.75 2.0"),
+            ("stiffness-ratio=2,3", "2 3"),
+            ("seed=-1:2", "-1 0 1 2"),
+            ("sites=10:1000:3log", "10 100 1000"),
+            ("sites=1:3:9", "1 2 3"),
+            ("ends=wall, free", "wall free"),
+            ("radius=5mm:20 mm:4", "5.0mm 10.0mm 15.0mm 20.0mm"),
+            ("radius=1mm:100mm:3log", "1.0mm 10.0mm 100.0mm"),
+        ] {
+            let axis = SweptKey::parse(text).unwrap();
+            assert_eq!(axis.values.join(" "), expected, "{text}");
+            assert!(text.replace('-', "_").starts_with(&axis.key), "{text}");
+        }
         // The ends are exact to the last bit, whatever the rounding of powers.
-        let many = values("stiffness_ratio=0.3:120.7:400log");
+        let many = SweptKey::parse("stiffness_ratio=0.3:120.7:400log").unwrap();
+        let many = many.values;
         assert_eq!((many[0].as_str(), many[399].as_str()), ("0.3", "120.7"));
         assert_eq!(many.len(), 400);
     }
 
     #[test]
     fn what_cannot_be_read_is_refused() {
-        for text in [
-            "stifness_ratio=1",
-            "stiffness_ratio",
-            "=1,2",
-            "stiffness_ratio=",
-            "stiffness_ratio=1:2:1",
-            "stiffness_ratio=1:2:0",
-            "stiffness_ratio=1:2:x",
-            "stiffness_ratio=0:2:5log",
-            "stiffness_ratio=nan:2:5",
-            "stiffness_ratio=1:inf:5",
-            "stiffness_ratio=1.5:3",
-            "stiffness_ratio=5:1",
-            "stiffness_ratio=1:2:3:4",
-            "stiffness_ratio=1,,2",
-            "stiffness_ratio=1,1",
-            "radius=5mm,5.0 mm",
-            "radius=5mm:20:4",
-            "radius=5:20mm:4",
-            "radius=5mm:2cm:4",
-            "seed=1:99999999999",
-            "stiffness_ratio=1:2:99999999999",
-            "stiffness_ratio=1:2:-5",
-        ] {
+        let texts = "stifness_ratio=1 stiffness_ratio =1,2 stiffness_ratio= stiffness_ratio=1:2:1 \
+            stiffness_ratio=1:2:0 stiffness_ratio=1:2:x stiffness_ratio=0:2:5log \
+            stiffness_ratio=nan:2:5 stiffness_ratio=1:inf:5 stiffness_ratio=1.5:3 \
+            stiffness_ratio=5:1 stiffness_ratio=1:2:3:4 stiffness_ratio=1,,2 \
+            stiffness_ratio=1,1 radius=5mm,5.0mm radius=5mm:20:4 radius=5:20mm:4 \
+            radius=5mm:2cm:4 seed=1:99999999999 stiffness_ratio=1:2:99999999999 \
+            stiffness_ratio=1:2:-5";
+        for text in texts.split(' ') {
             let error = SweptKey::parse(text).unwrap_err();
             let named = error.to_string().contains(text.split('=').next().unwrap());
             assert!(error.is_usage() && named, "{error}");

@@ -1,14 +1,19 @@
 //! The measures of a sweep's member.
 
+use std::cell::Cell;
+
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
-use crate::chain::{EndTime, Peak, Run, Simulation};
+use crate::chain::{Accuracy, Checked, EndTime, Peak, Run, Simulation};
 use crate::observer::Observer;
 
 /// Peaks whose relative error may be larger are not reported.
 const KNOWN: f64 = 0.01;
+
+/// Local error of the run that finds when a run ends.
+const PILOT: f64 = 1e-7;
 
 /// The key of the scene that has to grow for a force to be known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,7 +36,8 @@ pub struct Measures {
     /// Largest force of the first contact, located between samples; `None` also where it is not known to
     /// 1 %, and where there is none yet or it still rises at the end.
     pub peak_force_first: Option<f64>,
-    /// An upper bound of its error, from every second sample and from the error of the velocities.
+    /// An upper bound of its error, from every second sample and from the errors of the velocities beside the contact
+    /// until then.
     pub peak_force_first_error: Option<f64>,
     /// The same of the last contact, the wall's where there is one.
     pub peak_force_last: Option<f64>,
@@ -59,9 +65,10 @@ pub struct Measures {
 impl Measures {
     /// Of a run. One that ends by itself goes on until the force at the wall has peaked.
     ///
-    /// Energies are not followed along the steps where what has passed the last contact is the energy of the site
-    /// behind it. That halves the work of a step, and energies, whose quadrature converges more slowly than
-    /// velocities, no longer shorten it.
+    /// Where what has passed the last contact is the energy of the site behind it, energies are not followed along the
+    /// steps. That halves the work of a step, and energies, whose quadrature converges more slowly than velocities, no
+    /// longer shorten it. Then a tolerance is kept by the two forces, as far as samples show them, and not by velocities
+    /// that have no part in them, which a chain may amplify.
     ///
     /// # Errors
     /// As [`Simulation::run`].
@@ -71,26 +78,51 @@ impl Measures {
             simulation.record.energy = false;
         }
         if simulation.end_time == EndTime::Arrival && simulation.record.force {
-            let pilot = Simulation {
+            let mut pilot = Simulation {
                 estimate_error: false,
                 ..simulation.clone()
             };
+            if let Accuracy::Tolerance(tolerance) = pilot.accuracy {
+                pilot.accuracy = Accuracy::LocalError(tolerance.max(PILOT));
+            }
             if let Some(end) = pilot.run(observer)?.end_behind_wall_peak() {
                 simulation.end_time = EndTime::At(end);
             }
         }
-        Ok(Measures::of(&simulation.run(observer)?))
+        let tolerance = match simulation.accuracy {
+            Accuracy::Tolerance(tolerance) => tolerance,
+            _ => 0.0,
+        };
+        let has_forces_alone = simulation.record.force && !simulation.record.energy;
+        let errors = Cell::new([None; 2]);
+        let is_enough = |checked: &Checked| {
+            let found = ends(checked.run).map(|contact| {
+                let peak = checked.run.peak_force(contact?)?;
+                Some((peak, checked.force_error(contact?, peak.time)?))
+            });
+            errors.set(found.map(|found| found.map(|(_, error)| error)));
+            let mut known = found.iter().flatten();
+            has_forces_alone
+                && known.all(|(peak, error)| *error <= peak.error.max(tolerance * peak.value))
+        };
+        let run = simulation.run_until(&is_enough, observer)?;
+        Ok(Measures::with(&run, errors.get()))
     }
 
     pub fn of(run: &Run) -> Measures {
-        let contacts = run.chain.n_contacts();
+        Measures::with(run, [None; 2])
+    }
+
+    /// With what errors of the velocities change the two forces by; `None`: as much as the largest one can.
+    fn with(run: &Run, errors: [Option<f64>; 2]) -> Measures {
         let last_sample = run.time.len() - 1;
         let spacing = run.time[last_sample] - run.time[last_sample - 1];
         let speed = 2.0 * run.report.error.unwrap_or(0.0) * run.report.velocity_scale;
         // The peak where it is known, or what has to grow for it.
-        let peak = |contact: usize| {
+        let peak = |contact: usize, error: Option<f64>| {
             let sampled = run.peak_force(contact)?;
-            let error = sampled.error + speed * run.impedance(contact).unwrap_or(0.0);
+            let error = error.or_else(|| run.force_error(contact, speed));
+            let error = sampled.error + error.unwrap_or(0.0);
             let is_past = sampled.time <= run.time[last_sample] - 1e-6 * spacing;
             let known = KNOWN * sampled.value;
             Some(match sampled.value > 0.0 && is_past {
@@ -100,12 +132,11 @@ impl Measures {
                 true => Ok(Peak { error, ..sampled }),
             })
         };
-        let first = (contacts > 0).then(|| peak(0)?.ok()).flatten();
-        let (last, last_needs) = match contacts.checked_sub(1).and_then(peak) {
-            Some(Ok(peak)) => (Some(peak), None),
-            Some(Err(needs)) => (None, Some(needs)),
-            None => (None, None),
-        };
+        let [first, last] = ends(run);
+        let first = first.and_then(|contact| peak(contact, errors[0])?.ok());
+        let last = last.and_then(|contact| peak(contact, errors[1]));
+        let last_needs = last.and_then(|last| last.err());
+        let last = last.and_then(|last| last.ok());
         let joint = run.chain.n_sites().checked_sub(2);
         let start = run.displacement.as_ref().map(|x| {
             let (x, v) = (x.row(0).to_vec(), run.velocity.row(0).to_vec());
@@ -155,4 +186,10 @@ impl Measures {
             warned: !report.warnings.is_empty(),
         }
     }
+}
+
+/// The first contact and the last one.
+fn ends(run: &Run) -> [Option<usize>; 2] {
+    let last = run.chain.n_contacts().checked_sub(1);
+    [last.map(|_| 0), last]
 }

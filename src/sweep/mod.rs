@@ -53,13 +53,9 @@ impl Part {
     /// # Errors
     /// [`Error::Request`] unless `1 <= number <= of`.
     pub fn new(number: usize, of: usize) -> Result<Part> {
-        if number == 0 || number > of {
-            return Err(Error::Request {
-                option: "part",
-                expected: "K/N with K from 1 to N, such as 2/4".into(),
-                found: format!("{number}/{of}"),
-            });
-        }
+        let is_so = (1..=of).contains(&number);
+        let expected = "K/N with K from 1 to N, such as 2/4";
+        Error::require(is_so, "part", expected, format!("{number}/{of}"))?;
         let index = number - 1;
         Ok(Part { index, of })
     }
@@ -208,11 +204,7 @@ impl Sweep {
     /// different ones, and as [`Sweep::run`].
     pub fn merge(directories: &[PathBuf], out: &Path) -> Result<Standing> {
         let Some((first, rest)) = directories.split_first() else {
-            return Err(Error::Request {
-                option: "merge",
-                expected: "directories of sweeps".into(),
-                found: "none".into(),
-            });
+            return Err(Error::request("merge", "directories of sweeps", "none"));
         };
         let (request, mut outcomes) = read(first)?;
         for directory in rest {

@@ -25,69 +25,23 @@ pub struct Swept {
     pub outcomes: Outcomes,
 }
 
-/// A measure of a member's run.
-struct Measure {
-    /// Of its chart.
-    title: &'static str,
-    /// Of its column, and of that in the file.
-    name: &'static str,
-    column: &'static str,
-    quantity: &'static str,
-    /// Its unit in a scene of SI units.
-    unit: &'static str,
-    log: bool,
-}
+/// Name, column of the table, and unit in a scene of SI units.
+type Measure = (&'static str, &'static str, &'static str);
 
 const MEASURES: [Measure; 6] = [
-    Measure {
-        title: "Largest force at the last contact",
-        name: "force, last contact",
-        column: "peak_force_last",
-        quantity: "force",
-        unit: "N",
-        log: false,
-    },
-    Measure {
-        title: "When the force at the last contact is largest",
-        name: "its time",
-        column: "peak_force_last_time",
-        quantity: "time",
-        unit: "s",
-        log: false,
-    },
-    Measure {
-        title: "Largest force at the first contact",
-        name: "force, first contact",
-        column: "peak_force_first",
-        quantity: "force",
-        unit: "N",
-        log: false,
-    },
-    Measure {
-        title: "Energy passed through the last contact between sites",
-        name: "energy passed",
-        column: "energy_passed_last",
-        quantity: "energy",
-        unit: "J",
-        log: false,
-    },
-    Measure {
-        title: "Energy lost",
-        name: "energy lost",
-        column: "energy_lost",
-        quantity: "energy",
-        unit: "J",
-        log: false,
-    },
-    Measure {
-        title: "Estimated error of the velocities",
-        name: "error",
-        column: "error",
-        quantity: "error",
-        unit: "m/s",
-        log: true,
-    },
+    ("force, last contact", LAST, "N"),
+    (
+        "time of the force, last contact",
+        "peak_force_last_time",
+        "s",
+    ),
+    ("force, first contact", "peak_force_first", "N"),
+    ("energy passed", "energy_passed_last", "J"),
+    ("energy lost", "energy_lost", "J"),
+    ("error of the velocities", ERROR, ""),
 ];
+const LAST: &str = "peak_force_last";
+const ERROR: &str = "error";
 
 const DEFINITIONS: &str = "\
 Ensemble: Members that differ in the seed alone. 5 to 95 %: what nine tenths of them lie between, by order statistics; \
@@ -115,8 +69,7 @@ impl Describe for Swept {
         }
         for (&index, outcome) in &self.outcomes {
             if let Outcome::Failed(why) = outcome {
-                let values = self.request.values(index).into_iter();
-                let named = words(&keys, values);
+                let named = words(keys.iter().copied().zip(self.request.values(index)));
                 sheet.warn(format!("{named} failed: {why}"), "");
             }
         }
@@ -136,72 +89,20 @@ impl Describe for Swept {
     /// A chart for each measure that some member has: medians with their bands against a key; of the seed alone, all
     /// values in order.
     fn pictures(&self) -> Vec<PlotRow> {
-        let axes = self.request.axes();
-        let (points, is_ensemble) = self.points();
-        let charts = MEASURES.iter().filter_map(|measure| {
-            let Some(along) = Abscissa::of(&axes) else {
-                return is_ensemble.then(|| self.in_order(measure)).flatten();
-            };
-            // Points that differ in nothing but the abscissa make a curve.
-            let mut curves: Vec<(String, Curve)> = Vec::new();
-            for point in &points {
-                let Some((x, _)) = quantity(&point.values[along.index]) else {
-                    continue;
-                };
-                let rest = axes.iter().zip(&point.values).enumerate();
-                let rest = rest.filter(|(i, _)| *i != along.index);
-                let (keys, values): (Vec<&str>, Vec<&str>) = rest
-                    .map(|(_, (axis, value))| (&*axis.key, &**value))
-                    .unzip();
-                let name = words(&keys, values.into_iter());
-                // The line breaks where there is no value.
-                let [median, p05, p95] = point.of(measure.column).map_or([f64::NAN; 3], |spread| {
-                    [spread.median, spread.p05, spread.p95]
-                });
-                let point = ((x, median), (p05, p95));
-                match curves.iter_mut().find(|(known, _)| *known == name) {
-                    Some((_, points)) => points.push(point),
-                    None => curves.push((name, vec![point])),
-                }
-            }
-            let every = curves.len().div_ceil(CURVES).max(1);
-            let series = curves.into_iter().step_by(every).enumerate();
-            let series = series.filter_map(|(n, (name, mut points))| {
-                points.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
-                let is_known = points.iter().any(|((_, median), _)| median.is_finite());
-                let (points, ends) = points.into_iter().unzip();
-                let name = match name.as_str() {
-                    "" if is_ensemble => "median",
-                    name => name,
-                };
-                let line = Series::line(name, n, points);
-                is_known.then(|| match is_ensemble {
-                    true => line.with_band("5 to 95 %", ends),
-                    false => line,
-                })
-            });
-            let title = match every {
-                1 => measure.title.to_owned(),
-                _ => format!("{}, one of every {every} combinations", measure.title),
-            };
-            let chart = self.chart(measure, title, &along.label, series.collect())?;
-            Some(wide(chart))
-        });
-        PlotRow::grid(1, charts)
-    }
-}
-
-impl Measure {
-    /// A name of it with its unit.
-    fn label(&self, name: &str, is_si: bool) -> String {
-        label(name, if is_si { self.unit } else { "" })
+        let along = abscissa(&self.request.axes());
+        PlotRow::grid(
+            1,
+            MEASURES.iter().filter_map(|measure| match &along {
+                Some(along) => self.against(along, measure),
+                None => self.in_order(measure),
+            }),
+        )
     }
 }
 
 /// Keys with their values.
-fn words<'v>(keys: &[&str], values: impl Iterator<Item = &'v str>) -> String {
-    let words = keys.iter().zip(values);
-    let words = words.map(|(key, value)| format!("{} {}", key.replace('_', " "), short(value)));
+fn words<'v>(pairs: impl Iterator<Item = (&'v str, &'v str)>) -> String {
+    let words = pairs.map(|(key, value)| format!("{} {}", key.replace('_', " "), short(value)));
     words.collect::<Vec<_>>().join(", ")
 }
 
@@ -226,6 +127,73 @@ impl Swept {
         }
     }
 
+    /// A measure against a key, a curve for each combination of the other ones.
+    fn against(&self, (along, axis): &(usize, String), measure: &Measure) -> Option<Chart> {
+        let (points, is_ensemble) = self.points();
+        let mut curves: Vec<(String, Curve)> = Vec::new();
+        for point in &points {
+            let Some((x, _)) = quantity(&point.values[*along]) else {
+                continue;
+            };
+            let name = self.named(&point.values, Some(*along));
+            // The line breaks where there is no value.
+            let nothing = [f64::NAN; 3];
+            let spread = point.of(measure.1);
+            let [median, low, high] = spread.map_or(nothing, |it| [it.median, it.p05, it.p95]);
+            let point = ((x, median), (low, high));
+            match curves.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, points)) => points.push(point),
+                None => curves.push((name, vec![point])),
+            }
+        }
+        let every = curves.len().div_ceil(CURVES).max(1);
+        let series = curves.into_iter().step_by(every).enumerate();
+        let series = series.filter_map(|(n, (name, mut points))| {
+            points.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
+            let is_known = points.iter().any(|((_, median), _)| median.is_finite());
+            let (points, ends) = points.into_iter().unzip();
+            let name = match name.as_str() {
+                "" if is_ensemble => "median",
+                name => name,
+            };
+            let line = Series::line(name, n, points);
+            is_known.then(|| match is_ensemble {
+                true => line.with_band("5 to 95 %", ends),
+                false => line,
+            })
+        });
+        let title = match every {
+            1 => measure.0.to_owned(),
+            _ => format!("{}, one of every {every} combinations", measure.0),
+        };
+        Some(wide(self.chart(measure, title, axis, series.collect())?))
+    }
+
+    /// The values of all members of the one ensemble, in order.
+    fn in_order(&self, measure: &Measure) -> Option<Chart> {
+        self.points().1.then_some(())?;
+        let members = self.members();
+        let values = sorted(
+            members
+                .iter()
+                .filter_map(|it| Some(it.of(measure.1)?.median)),
+        );
+        let share = |i: usize| 100.0 * (i as f64 + 0.5) / values.len() as f64;
+        let points = values
+            .iter()
+            .enumerate()
+            .map(|(i, value)| (share(i), *value));
+        let series = Series::line("", 0, points.collect());
+        let title = format!("{}, in order", measure.0);
+        let series = (!values.is_empty()).then_some(series);
+        self.chart(
+            measure,
+            title,
+            "share of members (%)",
+            series.into_iter().collect(),
+        )
+    }
+
     /// A chart of a measure; `None` without a curve.
     fn chart(
         &self,
@@ -234,32 +202,43 @@ impl Swept {
         abscissa: &str,
         series: Vec<Series>,
     ) -> Option<Chart> {
-        let ordinate = measure.label(measure.quantity, self.request.is_si());
-        let chart = (!series.is_empty()).then(|| Chart::of(title, abscissa, ordinate, series))?;
-        Some(match measure.log {
-            true => chart.logarithmic(),
-            false => chart,
+        let is_empty = series.is_empty();
+        let chart = (!is_empty).then(|| Chart::of(title, abscissa, self.label(measure), series))?;
+        Some(match measure.1 {
+            ERROR => chart.logarithmic(),
+            _ => chart,
         })
+    }
+
+    /// The name of a measure with its unit.
+    fn label(&self, (name, _, unit): &Measure) -> String {
+        label(name, if self.request.is_si() { unit } else { "" })
+    }
+
+    /// The keys with these values, but one of them.
+    fn named(&self, values: &[String], but: Option<usize>) -> String {
+        let keys = self.request.axes().into_iter().map(|axis| &*axis.key);
+        let pairs = keys.zip(values.iter().map(String::as_str)).enumerate();
+        words(pairs.filter(|(i, _)| Some(*i) != but).map(|(_, pair)| pair))
     }
 
     /// Least and largest force that comes through, or medians of ensembles, and of how many members it is known.
     fn answer(&self) -> String {
         let (points, is_ensemble) = self.points();
         let unit = if self.request.is_si() { " N" } else { "" };
-        let keys: Vec<&str> = self.request.axes().iter().map(|axis| &*axis.key).collect();
         let forces = points.iter();
-        let forces = forces.filter_map(|point| Some((point, point.of("peak_force_last")?)));
+        let forces = forces.filter_map(|point| Some((point, point.of(LAST)?)));
         let mut forces: Vec<(&Ensemble, &Spread)> = forces.collect();
         forces.sort_by(|a, b| a.1.median.total_cmp(&b.1.median));
         let at = |(point, spread): &(&Ensemble, &Spread)| {
-            let mut words_of = format!("{}{unit}", number(spread.median));
+            let mut words = format!("{}{unit}", number(spread.median));
             if is_ensemble {
                 let [low, high] = [spread.p05, spread.p95].map(number);
-                words_of += &format!(" ({low} to {high} in 90 % of {} members)", spread.members);
+                words += &format!(" ({low} to {high} in 90 % of {} members)", spread.members);
             }
-            match &*words(&keys, point.values.iter().map(String::as_str)) {
-                "" => words_of,
-                named => format!("{words_of} at {named}"),
+            match self.named(&point.values, None).as_str() {
+                "" => words,
+                named => format!("{words} at {named}"),
             }
         };
         let count = self.count();
@@ -281,16 +260,15 @@ impl Swept {
 
     /// How the measures of ensembles spread.
     fn table_of(&self, ensembles: &[Ensemble]) -> Table {
-        let is_si = self.request.is_si();
         let keys = self.request.axes().into_iter().map(|axis| &*axis.key);
         let head = ["measure", "members", "5 %", "median", "95 %", "spread"];
+        let measures = MEASURES.map(|measure| (measure.1, self.label(&measure)));
         let rows = ensembles.iter().flat_map(|ensemble| {
-            MEASURES.iter().filter_map(move |measure| {
-                let spread = ensemble.of(measure.column)?;
+            measures.iter().filter_map(move |(column, label)| {
+                let spread = ensemble.of(column)?;
                 let numbers = [spread.p05, spread.median, spread.p95, spread.deviation];
                 let values = ensemble.values.iter().map(|value| short(value));
-                let name = measure.label(measure.name, is_si);
-                let row = values.chain([name, spread.members.to_string()]);
+                let row = values.chain([label.clone(), spread.members.to_string()]);
                 Some(row.chain(numbers.map(number)).collect())
             })
         });
@@ -303,25 +281,6 @@ impl Swept {
         }
     }
 
-    /// The values of all members, in order.
-    fn in_order(&self, measure: &Measure) -> Option<Chart> {
-        let members = self.members();
-        let values = members
-            .iter()
-            .filter_map(|member| Some(member.of(measure.column)?.median));
-        let values = sorted(values);
-        let share = |i: usize| 100.0 * (i as f64 + 0.5) / values.len() as f64;
-        let points: Vec<(f64, f64)> = (0..values.len()).map(|i| (share(i), values[i])).collect();
-        let series = (!points.is_empty()).then(|| Series::line("", 0, points));
-        let title = format!("{}, in order", measure.title);
-        self.chart(
-            measure,
-            title,
-            "share of members (%)",
-            series.into_iter().collect(),
-        )
-    }
-
     /// Why members have no force, and what to state.
     fn missing(&self) -> Option<String> {
         let needing = |needs: Needs| {
@@ -330,38 +289,27 @@ impl Swept {
                 .count()
         };
         let reasons = [
-            (
-                needing(Needs::EndTime),
-                "the run ends before it; a later `--end-time` mends that",
-            ),
-            (
-                needing(Needs::Samples),
-                "samples are too far apart; more `--samples` mend that",
-            ),
-            (
-                needing(Needs::Tolerance),
-                "its error is above 1 %; a smaller `--tolerance` may mend that",
-            ),
-            (self.count() - self.outcomes.len(), "it is not computed yet"),
+            (needing(Needs::EndTime), "a later `--end-time`"),
+            (needing(Needs::Samples), "more `--samples`"),
+            (needing(Needs::Tolerance), "a smaller `--tolerance`"),
+            (self.count() - self.outcomes.len(), "the other parts"),
         ];
         let reasons = reasons.iter().filter(|(count, _)| *count > 0);
         let words: Vec<String> = reasons
-            .map(|(count, why)| format!("in {count} {why}"))
+            .map(|(count, what)| format!("{count} need {what}"))
             .collect();
-        (!words.is_empty()).then(|| words.join("; "))
+        (!words.is_empty()).then(|| words.join(", "))
     }
 
     /// The measures of the members, in rows.
     fn table(&self) -> Table {
         let members = self.members();
-        let is_si = self.request.is_si();
-        let measured = MEASURES.iter();
-        let measured = measured.map(|measure| measure.label(measure.name, is_si));
+        let labels = MEASURES.each_ref().map(|measure| self.label(measure));
         let keys = self.request.vary.iter().map(|axis| &*axis.key);
         let rows = members.iter().take(ROWS).map(|member| {
             let values = member.values.iter().map(|value| short(value));
-            let measures = MEASURES.iter().map(|measure| {
-                let value = member.of(measure.column).map(|spread| spread.median);
+            let measures = MEASURES.iter().map(|(_, column, _)| {
+                let value = member.of(column).map(|spread| spread.median);
                 value.map_or("-".into(), number)
             });
             values.chain(measures).collect()
@@ -373,8 +321,7 @@ impl Swept {
             ),
             false => "Members".into(),
         };
-        let measured: Vec<String> = measured.collect();
-        let head: Vec<&str> = keys.chain(measured.iter().map(String::as_str)).collect();
+        let head: Vec<&str> = keys.chain(labels.iter().map(String::as_str)).collect();
         Table::of(title, &head, rows)
     }
 }
@@ -396,26 +343,16 @@ pub(crate) fn wide(chart: Chart) -> Chart {
     }
 }
 
-/// The key along the abscissa: its index, and its name with its unit.
-struct Abscissa {
-    index: usize,
-    label: String,
-}
-
-impl Abscissa {
-    /// The numeric key with most values; `None` if none has two.
-    fn of(axes: &[&SweptKey]) -> Option<Abscissa> {
-        let numeric = axes.iter().enumerate().filter_map(|(index, axis)| {
-            let (_, unit) = quantity(axis.values.first()?)?;
-            let alike = |text: &String| quantity(text).is_some_and(|(_, other)| other == unit);
-            let count = axis.values.len();
-            (count > 1 && axis.values.iter().all(alike)).then_some((index, count, unit))
-        });
-        let most = |(index, count, _): &(usize, usize, &str)| (*count, std::cmp::Reverse(*index));
-        let (index, _, unit) = numeric.max_by_key(most)?;
-        Some(Abscissa {
-            index,
-            label: label(&axes[index].key.replace('_', " "), unit),
-        })
-    }
+/// The key along the abscissa, the numeric one with most values: its index, and its name with its unit; `None` if none
+/// has two.
+fn abscissa(axes: &[&SweptKey]) -> Option<(usize, String)> {
+    let numeric = axes.iter().enumerate().filter_map(|(index, axis)| {
+        let (_, unit) = quantity(axis.values.first()?)?;
+        let alike = |text: &String| quantity(text).is_some_and(|(_, other)| other == unit);
+        let count = axis.values.len();
+        (count > 1 && axis.values.iter().all(alike)).then_some((index, count, unit))
+    });
+    let most = |(index, count, _): &(usize, usize, &str)| (*count, std::cmp::Reverse(*index));
+    let (index, _, unit) = numeric.max_by_key(most)?;
+    Some((index, label(&axes[index].key.replace('_', " "), unit)))
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use wavecascade::Error;
+use wavecascade::attenuation::{Sense, pulses};
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::observer::{Observer, Silent};
 use wavecascade::sheet::Describe;
@@ -199,6 +200,27 @@ fn val_definition_peaks_that_are_not_known() {
     assert_eq!(peaks(4096, 34.0).1, None);
     // It has not: a force of 0 is none that is known.
     assert_eq!(peaks(4096, 20.0).1, None);
+}
+
+/// The force of a front is known beside velocities that the chain amplifies behind it: against pulses that are followed step
+/// by step.
+#[test]
+fn val_followed_pulses_forces_of_chains_that_amplify() {
+    let vary = ["stiffness_ratio=2,8".to_owned()];
+    let sweep = Sweep::new(SceneSource::new(None, "sites = 120\n"), &vary).unwrap();
+    let (_, outcomes) = sweep.compute(&Silent).unwrap();
+    for (member, outcome) in &outcomes {
+        let found = outcome.done().unwrap();
+        let followed = pulses(&sweep.simulation(*member).unwrap(), Sense::Wall, &Silent);
+        let truth = followed.unwrap().pulses[0].peak_force;
+        let (force, error) = (found.peak_force_last, found.peak_force_last_error.unwrap());
+        let off = (force.unwrap() - truth.value).abs();
+        assert!(
+            off <= error + truth.error && error < 1e-3,
+            "{off:e} {error:e}"
+        );
+        assert!(found.error.unwrap() > 1e-8 && !found.warned, "{found:?}");
+    }
 }
 
 /// A line that was cut short by a kill, and one of which any byte is another, is computed again.

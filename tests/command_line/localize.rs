@@ -15,7 +15,6 @@ fn val_paper_a_table_and_its_json() {
     assert_eq!(said.lines().count(), 1 + 1 + 8, "{said}");
     let first = said.lines().next().unwrap();
     contains_all(first, &["localized waves", "4.927"]);
-    contains_all(&place.says("--verbose"), &["paper, simulated"]);
     contains_all(&said, &["exact ratio", "4.927226808384", "119.92"]);
 
     let table = place.says_json("--order 1..3 --json");

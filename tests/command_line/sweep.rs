@@ -44,7 +44,7 @@ fn a_sweep_takes_units_and_states_them() {
     for text in [
         "radius (mm)",
         "force, last contact (N)",
-        "its time (s)",
+        "time of the force, last contact (s)",
         " N at radius 5.000 mm",
     ] {
         assert!(page.contains(text), "{text}");

@@ -79,7 +79,7 @@ fn val_published_ratio_of_an_angle() {
     assert!((paper - 4.507).abs() < 5e-4, "{paper}");
     for ellipse in [Ellipse::Approximate, Ellipse::Exact] {
         let ratio = stiffness_ratio(8.0, ellipse).unwrap();
-        let angle = cylinders(ellipse).crossed_for(ratio).unwrap();
+        let angle = cylinders(ellipse).crossed_for(ratio, 0.0).unwrap();
         assert!((angle.degrees - 8.0).abs() < 1e-12, "{angle:?}");
         let [soft, stiff] = angle.coefficients.unwrap();
         assert!((stiff / soft / ratio - 1.0).abs() < 1e-13, "{angle:?}");

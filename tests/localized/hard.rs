@@ -12,45 +12,6 @@ fn exact(order: usize) -> f64 {
     search(order).wave(order).unwrap().ratio
 }
 
-/// Newton's method from any start converges to a wave of the order it reports, or fails.
-#[test]
-fn val_estimates_starts_far_from_any_solution() {
-    let search = search(19);
-    let known: Vec<f64> = (1..=19).map(|n| search.wave(n).unwrap().ratio).collect();
-    let mut found = 0;
-    for ratio in [
-        0.3, 0.99, 1.0, 1.01, 1.5, 2.0, 3.0, 9.5, 22.0, 40.0, 140.0, 300.0, 1e3,
-    ] {
-        match search.wave_from(ratio) {
-            Ok(wave) => {
-                found += 1;
-                let off = wave.ratio / known[wave.order - 1] - 1.0;
-                let stated = wave.convergence.error().max(2e-10);
-                assert!(off.abs() < 10.0 * stated, "{ratio}: {off:e}");
-            }
-            Err(Error::Unresolved { .. }) => {}
-            Err(error) => panic!("{ratio}: {error}"),
-        }
-    }
-    assert!(found >= 6, "{found}");
-    for ratio in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(search.wave_from(ratio).unwrap_err().is_usage());
-    }
-}
-
-/// Near kappa = 1 there is one wave, that of the homogeneous chain.
-#[test]
-fn val_homogeneous_chain_is_alone_near_one() {
-    let search = search(2);
-    assert_eq!(search.wave(1).unwrap().ratio, 1.0);
-    for ratio in [0.9, 0.99, 1.0, 1.001, 1.01, 1.1] {
-        if let Ok(wave) = search.wave_from(ratio) {
-            assert!(wave.order != 1 || (wave.ratio - 1.0).abs() < 1e-6);
-            assert!(wave.order == 1 || wave.ratio > 4.9);
-        }
-    }
-}
-
 /// Too few points in time: an error that covers the deviation of the ratio, or no ratio.
 #[test]
 fn val_finer_grids_too_low_a_resolution() {
@@ -72,26 +33,15 @@ fn val_finer_grids_too_low_a_resolution() {
     assert!((10..28).contains(&refused), "{refused}");
 }
 
-/// Orders above 15, the last ones beyond the documented range. Grids of other resolution and period
-/// give the same wave within the stated errors.
+/// Orders above 15, the last ones beyond the documented range.
 #[test]
-fn val_other_grids_high_orders() {
-    let family = Family::default();
+fn regress_high_orders() {
     let search = search(24);
     for order in [16, 19, 24] {
         let wave = search.wave(order).unwrap();
         assert_eq!(wave.order, order);
         let stated = wave.convergence.error();
         assert!(stated < 2e-8, "{order}: {stated:e}");
-        // Starting from the other side of the estimate gives other grids.
-        let other = family.search(order + 3).unwrap();
-        let other = other.wave_from(1.002 * wave.ratio).unwrap();
-        let off = (other.ratio / wave.ratio - 1.0).abs();
-        assert_eq!(other.order, order);
-        assert!(
-            off < 3.0 * (stated + other.convergence.error()),
-            "{order}: {off:e}"
-        );
     }
 }
 

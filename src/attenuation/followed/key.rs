@@ -3,18 +3,19 @@
 use serde_json::json;
 
 use super::super::{Computed, Measured, Transmission, TransmissionCurve, TransmissionPoint};
-use super::{Column, FORCE, field_charts, forces_over, named, points, records};
+use super::{FORCE, PULSE, field_charts, forces_over, named, places, points};
 use crate::chain::scene::Units;
-use crate::sheet::{Chart, Look, Mark, Series, Sheet, Table, number, with_half};
+use crate::sheet::{Chart, Look, Mark, Series, Sheet, Table, number};
 use crate::sweep::wide;
 use crate::unit::label;
 
-const FORCES: [Column<TransmissionPoint>; 5] = [
-    ("largest_over_smallest_coefficient", |p| p.stiffness_ratio),
-    ("relative_force", |p| p.relative_force),
-    ("relative_force_error", |p| p.relative_force_error),
-    ("time_of_flight", |p| p.time_of_flight.value),
-    ("mean_speed", |p| p.mean_speed),
+/// What stands before the numbers of a pulse, behind the keys.
+const ROW: [(&str, &str); 5] = [
+    ("largest_over_smallest_coefficient", "/stiffness_ratio"),
+    ("relative_force", "/relative_force"),
+    ("relative_force_error", "/relative_force_error"),
+    ("time_of_flight", "/time_of_flight/value"),
+    ("mean_speed", "/mean_speed"),
 ];
 
 impl Transmission {
@@ -91,18 +92,25 @@ impl Transmission {
     /// at the wall.
     fn records(&self) -> Table {
         let others = self.curves.first().map_or(&[][..], |curve| &curve.settings);
-        let others = others.iter().map(|(key, _)| &**key);
-        let words: Vec<&str> = others.chain(["row", &self.key, "value_error"]).collect();
+        let others = others.iter().enumerate();
+        let others: Vec<(&str, String)> = others
+            .map(|(i, (key, _))| (&**key, format!("/settings/{i}/1")))
+            .collect();
+        let mut columns: Vec<(&str, &str)> = others.iter().map(|(key, at)| (*key, &**at)).collect();
+        columns.extend([("row", "/row"), (&*self.key, "/value")]);
+        columns.push(("value_error", "/value_error"));
+        columns.extend(ROW.iter().chain(&PULSE));
         let rows = self.curves.iter().flat_map(|curve| {
             curve.all().map(|(point, extreme)| {
                 let (kind, error) = extreme.unwrap_or(("value", 0.0));
-                let settings = curve.settings.iter().map(|(_, text)| text.clone());
-                let place = [point.value, error].map(|number| format!("{number:?}"));
-                let words = settings.chain([kind.to_owned()]).chain(place);
-                (words.collect(), point, &point.pulse)
+                let mut object = json!(point);
+                object["settings"] = json!(curve.settings);
+                object["row"] = json!(kind);
+                object["value_error"] = json!(error);
+                object
             })
         });
-        records(&words, &FORCES, rows)
+        Table::of_places(&columns, rows)
     }
 
     /// Of the first curve.
@@ -210,20 +218,11 @@ impl TransmissionCurve {
                 format!("least {force} of the force, at {key} {at}"),
             );
         }
-        for (point, extreme) in self.all() {
-            if let Some((kind, error)) = extreme {
-                let force = number(point.relative_force);
-                let at = with_half(point.value, error, "");
-                sheet.fact(kind, format!("{force} of the force at {key} {at}"));
-            }
-        }
         if !self.unresolved.is_empty() {
             let between = self.unresolved.iter();
-            let between: Vec<String> = between
-                .map(|ends| format!("{} to {}", number(ends[0]), number(ends[1])))
-                .collect();
-            let text = format!("may lie at {key} {}", between.join(", "));
-            sheet.fact("further extremes", text);
+            let between = between.map(|ends| format!("{} to {}", number(ends[0]), number(ends[1])));
+            let between = between.collect::<Vec<_>>().join(", ");
+            sheet.fact("further extremes", format!("may lie at {key} {between}"));
         }
         let marks = self.localized.iter();
         let marks: Vec<String> = marks
@@ -233,14 +232,7 @@ impl TransmissionCurve {
             sheet.fact("localized waves", format!("at {key} {}", marks.join(", ")));
         }
         if !self.nothing_at.is_empty() {
-            let at: Vec<String> = self.nothing_at.iter().map(|at| number(*at)).collect();
-            sheet.fact("no force", format!("at {key} {}", at.join(", ")));
-        }
-        for order in &self.unresolved_orders {
-            sheet.fact(
-                "localized wave",
-                format!("order {order} could not be resolved"),
-            );
+            sheet.fact("no force", format!("at {key} {}", places(&self.nothing_at)));
         }
     }
 }

@@ -7,16 +7,21 @@ use super::super::{
     Attenuation, AttenuationLaw, Computed, ContactKind, CurveRow, Fits, Measured, Reach, Sense,
     Stop, StopCause,
 };
-use super::{Column, FORCE, field_charts, forces_over, known, points, records};
+use super::{FORCE, PULSE, field_charts, forces_over, points};
 use crate::chain::scene::Units;
-use crate::sheet::{Chart, Look, Series, Sheet, Table, number, percent};
+use crate::sheet::{Chart, Look, Series, Sheet, Table, name_of, number, percent};
 use crate::unit::label;
 
-const RELATIVE: [Column<CurveRow>; 4] = [
-    ("relative_force", |row| known(row.relative_force)),
-    ("relative_velocity", |row| known(row.relative_velocity)),
-    ("relative_energy", |row| known(row.relative_energy)),
-    ("high_band_share", |row| known(row.high_share)),
+/// What stands before the numbers of a pulse.
+const ROW: [(&str, &str); 8] = [
+    ("chain", "/chain"),
+    ("sense", "/sense"),
+    ("bodies", "/bodies"),
+    ("contact_kind", "/kind"),
+    ("relative_force", "/relative_force"),
+    ("relative_velocity", "/relative_velocity"),
+    ("relative_energy", "/relative_energy"),
+    ("high_band_share", "/high_share"),
 ];
 
 const DEFINITIONS: &str = "\
@@ -35,7 +40,7 @@ impl Attenuation {
             about: format!(
                 "The pulse of a struck chain followed over {} bodies, {} contacts compared",
                 self.length,
-                self.kind.name()
+                name_of(&self.kind)
             ),
             answer: self.answer(),
             note: "Dashed: the law that fits best.".into(),
@@ -122,16 +127,13 @@ impl Attenuation {
     fn records(&self) -> Table {
         let rows = self.curves.iter().flat_map(|curve| {
             curve.rows.iter().map(|row| {
-                let [sense, kind] = [curve.sense.name(), row.kind.name()].map(str::to_owned);
-                let words = vec![curve.name.clone(), sense, row.bodies.to_string(), kind];
-                (words, row, &row.pulse)
+                let mut object = json!(row);
+                object["chain"] = json!(curve.name);
+                object["sense"] = json!(curve.sense);
+                object
             })
         });
-        records(
-            &["chain", "sense", "bodies", "contact_kind"],
-            &RELATIVE,
-            rows,
-        )
+        Table::of_places(&[&ROW[..], &PULSE].concat(), rows)
     }
 
     /// Of the first curve; forces in the contacts that are fitted.
@@ -170,7 +172,7 @@ impl Attenuation {
                 Sense::Chain => {
                     format!(
                         "peak force in one long chain, {} contacts",
-                        self.kind.name()
+                        name_of(&self.kind)
                     )
                 }
                 Sense::Wall => "peak force on the wall".into(),

@@ -5,11 +5,9 @@ mod length;
 
 use serde_json::json;
 
-use super::{
-    Attenuation, Beside, Compared, Computed, Measured, MeasuredPoint, Pulse, Transmission,
-};
+use super::{Attenuation, Beside, Compared, Computed, Measured, MeasuredPoint, Transmission};
 use crate::chain::scene::Units;
-use crate::sheet::{Chart, Describe, Look, PlotRow, Series, Sheet, Table, listed, number};
+use crate::sheet::{Chart, Describe, Look, PlotRow, Series, Sheet, listed, number};
 
 /// Reasons of failures that are told; all are among the numbers.
 const TOLD: usize = 3;
@@ -210,70 +208,29 @@ fn named(settings: &[(String, String)]) -> String {
     listed(&named)
 }
 
-/// A column of a table: its name, and its value in a row.
-type Column<T> = (&'static str, fn(&T) -> f64);
-
-/// Of a pulse, each located value with its error.
-const PULSE: [Column<Pulse>; 20] = [
-    ("peak_force", |p| p.peak_force.value),
-    ("peak_force_error", |p| p.peak_force.error),
-    ("peak_time", |p| p.peak_time.value),
-    ("peak_time_error", |p| p.peak_time.error),
-    ("peak_velocity", |p| p.peak_velocity.value),
-    ("peak_velocity_error", |p| p.peak_velocity.error),
-    ("velocity_time", |p| p.velocity_time.value),
-    ("velocity_time_error", |p| p.velocity_time.error),
-    ("arrival_time", |p| p.arrival_time.value),
-    ("arrival_time_error", |p| p.arrival_time.error),
-    ("width", |p| p.width.value),
-    ("width_error", |p| p.width.error),
-    ("velocity_rise_time", |p| {
-        known(p.velocity_rise_time.map(|t| t.value))
-    }),
-    ("velocity_rise_time_error", |p| {
-        known(p.velocity_rise_time.map(|t| t.error))
-    }),
-    ("energy_pulse", |p| known(p.energy_pulse.map(|e| e.value))),
-    ("energy_passed", |p| p.energy_passed.value),
-    ("energy_passed_error", |p| p.energy_passed.error),
-    ("energy_behind", |p| p.energy_behind),
-    ("energy_lost", |p| p.energy_lost),
-    ("energy_closure", |p| p.closure),
+/// The numbers of a pulse: their names, and where they are in the JSON of a row.
+const PULSE: [(&str, &str); 20] = [
+    ("peak_force", "/pulse/peak_force/value"),
+    ("peak_force_error", "/pulse/peak_force/error"),
+    ("peak_time", "/pulse/peak_time/value"),
+    ("peak_time_error", "/pulse/peak_time/error"),
+    ("peak_velocity", "/pulse/peak_velocity/value"),
+    ("peak_velocity_error", "/pulse/peak_velocity/error"),
+    ("velocity_time", "/pulse/velocity_time/value"),
+    ("velocity_time_error", "/pulse/velocity_time/error"),
+    ("arrival_time", "/pulse/arrival_time/value"),
+    ("arrival_time_error", "/pulse/arrival_time/error"),
+    ("width", "/pulse/width/value"),
+    ("width_error", "/pulse/width/error"),
+    ("velocity_rise_time", "/pulse/velocity_rise_time/value"),
+    (
+        "velocity_rise_time_error",
+        "/pulse/velocity_rise_time/error",
+    ),
+    ("energy_pulse", "/pulse/energy_pulse/value"),
+    ("energy_passed", "/pulse/energy_passed/value"),
+    ("energy_passed_error", "/pulse/energy_passed/error"),
+    ("energy_behind", "/pulse/energy_behind"),
+    ("energy_lost", "/pulse/energy_lost"),
+    ("energy_closure", "/pulse/closure"),
 ];
-
-fn known(value: Option<f64>) -> f64 {
-    value.unwrap_or(f64::NAN)
-}
-
-/// A table whose rows are words, values and a pulse. Numbers have all digits; cells are empty where a value is not known.
-fn records<'a, T: 'a>(
-    words: &[&str],
-    values: &[Column<T>],
-    rows: impl Iterator<Item = (Vec<String>, &'a T, &'a Pulse)>,
-) -> Table {
-    fn cells<T>(columns: &[Column<T>], row: &T) -> impl Iterator<Item = String> {
-        let values = columns.iter().map(move |(_, of)| of(row));
-        values.map(|value| match value.is_finite() {
-            true => format!("{value:?}"),
-            false => String::new(),
-        })
-    }
-    let names = values.iter().map(|(name, _)| *name);
-    let head = words
-        .iter()
-        .copied()
-        .chain(names)
-        .chain(PULSE.iter().map(|(name, _)| *name));
-    let rows = rows.map(|(words, row, pulse)| {
-        let words = words.into_iter();
-        words
-            .chain(cells(values, row))
-            .chain(cells(&PULSE, pulse))
-            .collect()
-    });
-    Table {
-        head: head.map(str::to_owned).collect(),
-        rows: rows.collect(),
-        ..Table::default()
-    }
-}

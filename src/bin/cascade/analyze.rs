@@ -328,16 +328,8 @@ pub fn conclusions(field: &Field) -> Vec<String> {
 
 /// Prints to standard error how a field was read.
 pub fn print_notes(field: &Field, quiet: bool) {
-<<<<<<< HEAD
     for note in field.notes.iter().filter(|_| !quiet) {
-        let kind = match note.is_doubtful() {
-=======
-    if quiet {
-        return;
-    }
-    for note in &field.notes {
         let kind = match note.is_doubtful {
->>>>>>> s-read2
             true => Tone::Warning,
             false => Tone::Note,
         };

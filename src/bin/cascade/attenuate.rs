@@ -119,6 +119,38 @@ pub struct LengthArgs {
     pub band_edge_frequency: Option<f64>,
 }
 
+impl LengthArgs {
+    /// Refuses what says something of lengths, or of other chains, beside a key.
+    fn refuse_beside(&self, key: &str) -> Result<(), Error> {
+        let is_inside = matches!(self.sense, Some(Where::Chain | Where::Both));
+        let typed = [
+            ("angles", !self.angles.is_empty()),
+            ("ratios", !self.ratios.is_empty()),
+            ("bodies", self.bodies.is_some()),
+            ("lengths", self.lengths.is_some()),
+            ("sense", is_inside),
+            ("target", self.target.is_some()),
+            ("contacts", self.contacts.is_some()),
+            ("fit", self.fit.is_some()),
+            ("band-edge-frequency", self.band_edge_frequency.is_some()),
+        ];
+        let Some((option, _)) = typed.into_iter().find(|(_, is_typed)| *is_typed) else {
+            return Ok(());
+        };
+        let expected = match option {
+            "angles" | "ratios" => "values of the key: angle=A,B,.. or stiffness_ratio=A,B,..",
+            "bodies" | "lengths" => "`--sites N`, or `--vary sites=A,B,..`",
+            "sense" => "`--sense wall`: against a key the pulse is followed there",
+            _ => "`--against bodies`, with a scene file, `--angles` or `--ratios` for each chain",
+        };
+        Err(Error::request(
+            option,
+            expected,
+            format!("`--{option}` beside `--against {key}`"),
+        ))
+    }
+}
+
 /// Options of curves against a key.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Against a key of the scene")]
@@ -231,10 +263,16 @@ impl Attenuate {
         let directory = self.out.as_deref();
         let is_length = self.against == BODIES;
         let (curves, measured) = if is_length {
+            if let Some(vary) = self.key.vary.first() {
+                let expected = "a key behind `--against`; lengths are compared of scene files, `--angles` or `--ratios`";
+                let found = format!("`{vary}` beside `--against {BODIES}`");
+                return Err(Error::request("vary", expected, found));
+            }
             let request = self.request(text)?;
             let measured = self.measured_along()?;
             (Curves::Length(request.run(directory, observer)?), measured)
         } else {
+            self.length.refuse_beside(&self.against)?;
             let base = self.base(text, "against")?;
             let (scene, over) = against(base, &self.against)?;
             let (measured, also) = self.measured_at()?;

@@ -98,7 +98,6 @@ pub fn run(typed: &Inspect) -> Result<(), Failure> {
     } = Seen::of(typed)?;
     let mut out = terminal::stdout();
     let width = terminal::width();
-<<<<<<< HEAD
     if let Some(records) = &records {
         let title = format!("{} files as a field", records.len());
         writeln!(out, "{}", styled(HEADING, &title))?;
@@ -114,32 +113,13 @@ pub fn run(typed: &Inspect) -> Result<(), Failure> {
     }
     let field = match &found.field {
         Ok(field) => field,
-=======
-    let name = file.display();
-    writeln!(
-        out,
-        "{}",
-        styled(HEADING, &format!("{name}: {}", found.format))
-    )?;
-    write!(out, "{}", listed(&found, width))?;
-    match &found.field {
-        Ok(field) => {
-            writeln!(out, "\n{}", styled(HEADING, "as a field"))?;
-            let notes = field.notes.iter().map(|note| note.text.clone());
-            for line in std::iter::once(shape(field)).chain(notes) {
-                write!(out, "{}", paragraphs(&[line], width))?;
-            }
-            print_channels(&mut out, &typed, &doubts)?;
-            writeln!(out, "next: {}", command(&typed, field))?;
-        }
->>>>>>> s-read2
         Err(error) => {
             let advice = advice::of_error(error).into_iter();
             let lines: Vec<String> = [reason(error)].into_iter().chain(advice).collect();
             return Ok(write!(out, "{}", paragraphs(&lines, width))?);
         }
     };
-    let notes = field.notes.iter().map(|note| note.message());
+    let notes = field.notes.iter().map(|note| note.text.clone());
     let lines: Vec<String> = [shape(field)].into_iter().chain(notes).collect();
     write!(out, "{}", paragraphs(&lines, width))?;
     if let Some(records) = &records {
@@ -211,18 +191,6 @@ fn variable_json(v: &VariableInfo) -> Value {
 /// What was taken of the files of a scan: of the first and the last ones.
 fn records_table(records: &[ScanRecord]) -> Table {
     const SHOWN: usize = 4;
-<<<<<<< HEAD
-=======
-    let Scanned { field, records } = scanned;
-    let mut out = terminal::stdout();
-    let width = terminal::width();
-    let title = format!("{} files as a field", records.len());
-    writeln!(out, "{}", styled(HEADING, &title))?;
-    let notes = field.notes.iter().map(|note| note.text.clone());
-    for line in std::iter::once(shape(field)).chain(notes) {
-        write!(out, "{}", paragraphs(&[line], width))?;
-    }
->>>>>>> s-read2
     let row = |record: &ScanRecord| {
         vec![
             record.path.display().to_string(),

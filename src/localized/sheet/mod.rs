@@ -27,13 +27,6 @@ const PSI: [&str; 2] = [
 ];
 
 impl Alternation {
-    fn name(self) -> &'static str {
-        match self {
-            Alternation::Stiffness => "stiffness",
-            Alternation::Mass => "mass",
-        }
-    }
-
     /// The two contacts of a cell.
     fn contacts(self) -> [&'static str; 2] {
         match self {

@@ -2,10 +2,11 @@
 
 use serde_json::json;
 
-use super::super::{Comparison, Direct, OrderRow};
+use super::super::{Alternation, Comparison, Direct, OrderRow};
 use super::{DIGITS, LOCALIZED, TIME};
 use crate::sheet::{
-    Chart, Describe, Look, PlotRow, Series, Sheet, Table, error_size, number, percent, with_half,
+    Chart, Describe, Look, PlotRow, Series, Sheet, Table, error_size, name_of, number, percent,
+    with_half,
 };
 
 /// Ratios that the answer names at most.
@@ -31,7 +32,7 @@ impl Describe for Orders {
             title: "Localized waves".into(),
             about: format!(
                 "Dimers whose {} alternates, contact law of exponent {}",
-                family.alternation.name(),
+                name_of(&family.alternation),
                 family.exponent
             ),
             answer: self.answer(),
@@ -43,20 +44,14 @@ impl Describe for Orders {
                     "estimate",
                     "Asymptotic: a fast oscillation driven by the slow wave, exact or fitted.",
                 ],
-                [
-                    "rel. diff.",
-                    "Relative to the exact ratio; of the paper's estimate, to the estimate on the fitted wave.",
-                ],
             ],
             ..Sheet::default()
         };
         let short = Table::of_columns("Orders", &self.rows, &SHORT).printed();
         let leaks = Table::of_columns("Energy that pulses lose", &self.leaks(), &LEAKS).printed();
         let strikes = self.comparison.cells.is_some();
-        let whole = Table::of_columns("Orders, with differences", &self.rows, &WHOLE);
         sheet.tables.push(short);
         sheet.tables.extend(strikes.then_some(leaks));
-        sheet.tables.push(whole);
         let coefficients = self.rows.iter().find_map(|row| row.angle?.coefficients);
         if let Some([soft, _]) = coefficients {
             let text = format!("{soft:.6e} N/m^1.5, at 90 degrees");
@@ -123,7 +118,7 @@ impl Orders {
             (first, last) if first == last => format!("order {first}"),
             (first, last) => format!("orders {first} to {last}"),
         };
-        let of = self.comparison.family.alternation.name();
+        let of = name_of(&self.comparison.family.alternation);
         let ratios = first(resolved().filter_map(ratio).collect());
         let mut answer = match count {
             0 => return format!("no localized wave of {orders} is resolved"),
@@ -185,19 +180,13 @@ impl Orders {
 
     /// One row for each order, with all digits; unknown values are empty.
     fn records(&self) -> Table {
-        let head: Vec<&str> = RECORDS
-            .iter()
-            .map(|(name, _)| *name)
-            .chain(["reason"])
-            .collect();
-        let rows = self.rows.iter().map(|row| {
-            let text = |value: Option<f64>| value.map(|x| x.to_string()).unwrap_or_default();
-            let numbers = RECORDS.iter().map(|(_, value)| text(value(row)));
-            numbers
-                .chain(row.reason.clone().or(Some(String::new())))
-                .collect()
-        });
-        Table::of("", &head, rows)
+        let ratio = match self.comparison.family.alternation {
+            Alternation::Stiffness => "kappa",
+            Alternation::Mass => "mass_ratio",
+        };
+        let places = RECORDS.map(|(name, place)| (name, place.replace("RATIO", ratio)));
+        let places = places.each_ref().map(|(name, place)| (*name, &**place));
+        Table::of_places(&places, self.rows.iter().map(|row| json!(row)))
     }
 }
 
@@ -238,20 +227,15 @@ fn six(value: f64) -> String {
     format!("{value:.6}")
 }
 
-const ORDER: Column<OrderRow> = ("order", |row| Some(row.order.to_string()));
-const RATIO: Column<OrderRow> = ("exact ratio", |row| {
-    Some(format!("{:.DIGITS$}", ratio(row)?))
-});
-const ERROR: Column<OrderRow> = ("error", |row| Some(error_size(row.exact?.error)));
-const STRUCK: Column<OrderRow> = ("struck chain", |row| Some(stated(&row.direct?)));
-
 const SHORT: [Column<OrderRow>; 7] = [
-    ORDER,
-    RATIO,
-    ERROR,
+    ("order", |row| Some(row.order.to_string())),
+    ("exact ratio", |row| {
+        Some(format!("{:.DIGITS$}", ratio(row)?))
+    }),
+    ("error", |row| Some(error_size(row.exact?.error))),
     ("degrees", |row| Some(six(row.angle?.degrees))),
     ("estimate", |row| Some(six(on_exact(row)?))),
-    STRUCK,
+    ("struck chain", |row| Some(stated(&row.direct?))),
     ("paper", |row| Some(row.published?.direct.to_string())),
 ];
 
@@ -262,98 +246,50 @@ const LEAKS: [Column<(String, Direct)>; 4] = [
     ("angle", |(_, direct)| degrees_of(direct)),
 ];
 
-/// All that is known; deviations are relative to the exact ratio, that of the paper's estimate to ours.
-const WHOLE: [Column<OrderRow>; 14] = [
-    ORDER,
-    RATIO,
-    ERROR,
-    ("estimate, exact wave", |row| Some(six(on_exact(row)?))),
-    ("rel. diff.", |row| {
-        row.differences.exact_profile.map(error_size)
-    }),
-    ("estimate, fitted wave", |row| Some(six(on_fitted(row)?))),
-    ("rel. diff.", |row| {
-        row.differences.fitted_profile.map(error_size)
-    }),
-    STRUCK,
-    ("rel. diff.", |row| row.differences.direct.map(error_size)),
-    ("paper, simulated", |row| {
-        Some(row.published?.direct.to_string())
-    }),
-    ("rel. diff.", |row| {
-        row.differences.published_direct.map(error_size)
-    }),
-    ("paper, estimate", |row| {
-        Some(row.published?.estimate.to_string())
-    }),
-    ("rel. diff.", |row| {
-        row.differences.published_estimate.map(error_size)
-    }),
-    ("printed as", |row| {
-        Some(row.published?.printed_order.to_string())
-    }),
-];
-
-/// The numbers of `table.csv`.
-const RECORDS: [(&str, Value); 34] = [
-    ("order", |row| Some(row.order as f64)),
-    ("ratio", ratio),
-    ("error", |row| Some(row.exact?.error)),
-    ("digits", |row| Some(f64::from(row.exact?.digits))),
-    ("residual", |row| Some(row.exact?.convergence.residual)),
-    ("iterations", |row| {
-        Some(row.exact?.convergence.iterations as f64)
-    }),
-    ("tail", |row| Some(row.exact?.convergence.tail)),
-    ("points", |row| Some(row.exact?.convergence.points as f64)),
-    ("period", |row| Some(row.exact?.convergence.period)),
-    ("speed_coefficient", |row| {
-        Some(row.exact?.speed_coefficient)
-    }),
-    ("width", |row| Some(row.exact?.width)),
-    ("energy", |row| Some(row.exact?.energy)),
-    ("momentum", |row| Some(row.exact?.momentum)),
-    ("angle", |row| Some(row.angle?.degrees)),
-    ("exact_profile", on_exact),
-    ("fitted_profile", on_fitted),
-    ("direct", struck),
-    ("direct_error", |row| Some(row.direct?.error)),
-    ("direct_leak", |row| Some(row.direct?.leak)),
-    ("direct_angle", |row| Some(row.direct?.angle?.degrees)),
-    ("direct_angle_error", |row| {
-        Some(row.direct?.angle?.degrees_error)
-    }),
-    ("most_dispersive", |row| {
-        Some(row.most_dispersive?.ratio.value())
-    }),
-    ("most_dispersive_error", |row| {
-        Some(row.most_dispersive?.error)
-    }),
-    ("most_dispersive_leak", |row| {
-        Some(row.most_dispersive?.leak)
-    }),
-    ("most_dispersive_angle", |row| {
-        Some(row.most_dispersive?.angle?.degrees)
-    }),
-    ("most_dispersive_angle_error", |row| {
-        Some(row.most_dispersive?.angle?.degrees_error)
-    }),
-    ("printed_order", |row| {
-        Some(row.published?.printed_order as f64)
-    }),
-    ("published_direct", |row| Some(row.published?.direct)),
-    ("published_estimate", |row| Some(row.published?.estimate)),
-    ("exact_profile_difference", |row| {
-        row.differences.exact_profile
-    }),
-    ("fitted_profile_difference", |row| {
-        row.differences.fitted_profile
-    }),
-    ("direct_difference", |row| row.differences.direct),
-    ("published_direct_difference", |row| {
-        row.differences.published_direct
-    }),
-    ("published_estimate_difference", |row| {
-        row.differences.published_estimate
-    }),
+/// The numbers of `table.csv`: their names, and where they are in the JSON of an order.
+const RECORDS: [(&str, &str); 35] = [
+    ("order", "/order"),
+    ("ratio", "/exact/RATIO"),
+    ("error", "/exact/error"),
+    ("digits", "/exact/digits"),
+    ("residual", "/exact/residual"),
+    ("iterations", "/exact/iterations"),
+    ("tail", "/exact/tail"),
+    ("points", "/exact/points"),
+    ("period", "/exact/period"),
+    ("speed_coefficient", "/exact/speed_coefficient"),
+    ("width", "/exact/width"),
+    ("energy", "/exact/energy"),
+    ("momentum", "/exact/momentum"),
+    ("angle", "/angle/degrees"),
+    ("exact_profile", "/asymptotic/exact_profile"),
+    ("fitted_profile", "/asymptotic/fitted_profile"),
+    ("direct", "/direct/RATIO"),
+    ("direct_error", "/direct/error"),
+    ("direct_leak", "/direct/leak"),
+    ("direct_angle", "/direct/angle/degrees"),
+    ("direct_angle_error", "/direct/angle/degrees_error"),
+    ("most_dispersive", "/most_dispersive/RATIO"),
+    ("most_dispersive_error", "/most_dispersive/error"),
+    ("most_dispersive_leak", "/most_dispersive/leak"),
+    ("most_dispersive_angle", "/most_dispersive/angle/degrees"),
+    (
+        "most_dispersive_angle_error",
+        "/most_dispersive/angle/degrees_error",
+    ),
+    ("printed_order", "/published/printed_order"),
+    ("published_direct", "/published/direct"),
+    ("published_estimate", "/published/estimate"),
+    ("exact_profile_difference", "/differences/exact_profile"),
+    ("fitted_profile_difference", "/differences/fitted_profile"),
+    ("direct_difference", "/differences/direct"),
+    (
+        "published_direct_difference",
+        "/differences/published_direct",
+    ),
+    (
+        "published_estimate_difference",
+        "/differences/published_estimate",
+    ),
+    ("reason", "/reason"),
 ];

@@ -4,7 +4,9 @@ use serde_json::json;
 
 use super::super::{Alternation, Exact, Snapshot, Wave};
 use super::{DIGITS, LOCALIZED, PSI, TIME};
-use crate::sheet::{BLUE, Chart, Describe, PlotRow, Series, Sheet, VERMILLION, error_size, number};
+use crate::sheet::{
+    BLUE, Chart, Describe, PlotRow, Series, Sheet, VERMILLION, error_size, name_of, number,
+};
 
 /// A wave with its profile.
 #[derive(Debug, Clone)]
@@ -38,7 +40,7 @@ impl Describe for Profile {
             title: format!("Localized wave of order {}", wave.order),
             about: format!(
                 "A dimer whose {} alternates, exponent {exponent}",
-                wave.alternation.name()
+                name_of(&wave.alternation)
             ),
             answer: format!("a localized wave at {name} {}, {width} wide", number(ratio)),
             definitions: vec![LOCALIZED, TIME, PSI],
