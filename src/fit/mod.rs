@@ -201,12 +201,12 @@ impl FitRequest {
         });
         let (best, searches, runs) = self.search(&model)?;
         let fitted = self.judged(&mut model, best, (searches, horizon, error));
-        let mut fitted = fitted.map_err(|error| self.paused(error, self.starts))?;
-        fitted.runs = counted.runs() + runs;
-        Ok(fitted)
+        let fitted = fitted.map_err(|error| self.paused(error, self.starts))?;
+        let runs = counted.runs() + runs;
+        Ok(Fitted { runs, ..fitted })
     }
 
-    /// The chain at a minimum: what noise makes of it, and why it misses what it misses.
+    /// The chain at a minimum: what noise makes of it, and why it misses what it misses, as far as work is not cancelled.
     fn judged(&self, model: &mut Model, mut best: Minimum, about: Circumstances) -> Result<Fitted> {
         // With the steps of no search, so that a resumed fit has the same bits.
         best.columns = model.columns(&best.at, &mut Vec::new())?;
@@ -220,7 +220,11 @@ impl FitRequest {
         }
         let mut fitted = Fitted::of(model, &best, about)?;
         if let Some(misfit) = &fitted.misfit {
-            fitted.cause = cause::cause(model, &best, &misfit.bodies)?;
+            match cause::cause(model, &best, &misfit.bodies) {
+                // What is found is found.
+                Err(Error::Cancelled) => fitted.is_cut = true,
+                found => (fitted.cause, fitted.tried) = found?,
+            }
         }
         Ok(fitted)
     }
@@ -240,7 +244,8 @@ impl FitRequest {
     fn search(&self, model: &Model) -> Result<(Minimum, Vec<Search>, u64)> {
         let mut first = vec![0.0; model.unknowns()];
         if self.instruments.time_shift {
-            first[model.keys.len()] = aligned(model, &first)?;
+            let run = model.records_at(&first, model.local_error)?;
+            first[model.keys.len()] = model.records.delay(&run);
         }
         model.observer.stage("searches", self.starts as u64);
         let kept = Kept::open(self, model)?;
@@ -264,15 +269,15 @@ impl FitRequest {
             let each = model.keys.iter().zip(at);
             each.map(|(key, u)| key.value_at(*u)).collect()
         };
-        let (mut searches, mut runs, mut failed) = (Vec::new(), 0, None);
-        let mut best: Option<Minimum> = None;
+        let (mut searches, mut runs) = (Vec::new(), 0);
+        let mut best: Result<Minimum> = Err(Error::Cancelled);
         for found in found {
             let (start, found, of_search) = match found {
                 Err(error @ (Error::Cancelled | Error::Write { .. })) => {
                     return Err(self.paused(error, known));
                 }
                 Err(error) => {
-                    failed = failed.or(Some(error));
+                    best = best.or(Err(error));
                     continue;
                 }
                 Ok(found) => found,
@@ -284,15 +289,14 @@ impl FitRequest {
                 missed: (found.squares / model.records.known() as f64).sqrt(),
                 is_settled: found.is_settled,
             });
-            if best
+            if !best
                 .as_ref()
-                .is_none_or(|best| found.squares < best.squares)
+                .is_ok_and(|best| best.squares <= found.squares)
             {
-                best = Some(found);
+                best = Ok(found);
             }
         }
-        let best = best.ok_or_else(|| failed.unwrap_or(Error::Cancelled))?;
-        Ok((best, searches, runs))
+        Ok((best?, searches, runs))
     }
 
     /// Of some random points the one that fits best.
@@ -313,30 +317,6 @@ impl FitRequest {
         let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
         best.map_or_else(|| first.to_vec(), |(_, point)| point)
     }
-}
-
-/// The shift, in samples, at which records are most like those of a run.
-fn aligned(model: &Model, at: &[f64]) -> Result<f64> {
-    let mut at = at.to_vec();
-    at[model.keys.len()] = 0.0;
-    let predicted = model.records_at(&at, model.local_error)?;
-    let times = model.records.times.len();
-    let known = |value: f64| if value.is_finite() { value } else { 0.0 };
-    let alike = |shift: isize| -> f64 {
-        let records = predicted.chunks_exact(times).enumerate();
-        let sums = records.map(|(site, record)| {
-            let measured = model.records.record(site);
-            let range = shift.max(0) as usize..times.min((times as isize + shift) as usize);
-            range
-                .map(|i| known(measured[i]) * record[(i as isize - shift) as usize])
-                .sum::<f64>()
-        });
-        sums.sum()
-    };
-    let half = (times / 2) as isize;
-    let best = (-half..=half).map(|shift| (alike(shift), shift));
-    let best = best.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.abs().cmp(&a.1.abs())));
-    Ok(best.map_or(0.0, |(_, shift)| shift as f64))
 }
 
 /// The local error of runs, over the speed that they guess: that of a driven chain may be far too large.

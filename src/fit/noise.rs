@@ -6,6 +6,7 @@
 
 use num_complex::Complex;
 
+use super::model::rms;
 use super::solver::{dot, solved};
 
 /// Highest order of the autoregression, and fewest samples a site for each order.
@@ -48,7 +49,15 @@ impl Noise {
         let Linear { sites, times, .. } = *linear;
         let samples = known.iter().filter(|known| **known).count();
         let longest = MOST_ORDER.min(samples / sites.max(1) / SAMPLES_AN_ORDER);
-        let raw = covariances(residual, times, longest + 1, samples);
+        // One loud record says no more of the correlation than another.
+        let sizes: Vec<f64> = residual.chunks_exact(times).map(rms).collect();
+        let records = residual.chunks_exact(times).zip(&sizes);
+        let alike = |(record, own): (&[f64], &f64)| -> Vec<f64> {
+            let by = rms(&sizes) / own.max(f64::MIN_POSITIVE);
+            record.iter().map(|v| by * v).collect()
+        };
+        let alike: Vec<f64> = records.flat_map(alike).collect();
+        let raw = covariances(&alike, times, longest + 1, samples);
         let first = Noise::through(&raw, samples, longest);
         let taken = linear.taken(&first, raw[0], longest + 1, samples);
         let whole: Vec<f64> = raw

@@ -5,6 +5,7 @@ use ndarray::Array2;
 use crate::chain::Chain;
 use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::field::{Axis, Quantity};
+use crate::numeric::median;
 use crate::transform::{RecordScratch, RecordTransform, fold};
 use crate::{Error, Field, Result};
 
@@ -92,6 +93,41 @@ impl Records {
             SIZES.end()
         );
         Err(Error::request("field", expected, format!("{largest:e}")))
+    }
+
+    /// Without samples.
+    pub(super) fn without_values(&self) -> Records {
+        Records {
+            quantity: self.quantity,
+            times: self.times.clone(),
+            bodies: self.bodies.clone(),
+            values: Vec::new(),
+            units: self.units.clone(),
+        }
+    }
+
+    /// The same samples, with a sign, as those of other bodies.
+    pub(super) fn placed(&self, places: &[(usize, f64)]) -> Records {
+        let records = self.values.chunks_exact(self.times.len()).zip(places);
+        let signed = records.flat_map(|(record, (_, sign))| record.iter().map(move |v| sign * v));
+        Records {
+            values: signed.collect(),
+            bodies: places.iter().map(|(body, _)| *body).collect(),
+            ..self.without_values()
+        }
+    }
+
+    /// How many steps later than those of a run half of the largest values are first reached, in the middle of all records.
+    pub(super) fn delay(&self, run: &[f64]) -> f64 {
+        let n = self.times.len();
+        let half = |record: &[f64]| {
+            let largest = record.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            let is_half = |v: &f64| largest > 0.0 && v.abs() >= 0.5 * largest;
+            record.iter().position(is_half).map(|at| at as f64)
+        };
+        let pairs = self.values.chunks_exact(n).zip(run.chunks_exact(n));
+        let delays = pairs.filter_map(|(measured, run)| Some(half(measured)? - half(run)?));
+        median(delays).unwrap_or(0.0)
     }
 
     pub(super) fn check(&self, setup: &Setup) -> Result<()> {

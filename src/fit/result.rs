@@ -57,8 +57,11 @@ pub struct Fitted {
     pub undetermined: Vec<Direction>,
     /// What noise does not explain; `None` for nothing.
     pub misfit: Option<Misfit>,
-    /// What explains the misfit, of all that was tried.
+    /// What explains the misfit, and kinds of all that was tried.
     pub cause: Option<Cause>,
+    pub tried: Vec<String>,
+    /// Whether the search for a cause was stopped.
+    pub is_cut: bool,
     pub overlay: Overlay,
     /// Standard deviation of what is left, and its correlation with what is left so many samples later.
     pub noise: f64,
@@ -207,6 +210,8 @@ impl Fitted {
             searches,
             runs: 0,
             cause: None,
+            tried: Vec::new(),
+            is_cut: false,
             scene: settings.map(|s| [s.key, s.text]).collect(),
         })
     }
@@ -237,72 +242,70 @@ impl Fitted {
     }
 }
 
-/// What is searched.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Unknown<'a> {
-    Key(&'a FreeKey),
-    /// How late the records are, in steps of their samples, and the unit of time.
-    Shift(f64, &'a str),
-    /// Of the record of a body.
-    Gain(usize),
+/// What is searched: a key, or a number of instruments.
+#[derive(Debug, Clone)]
+pub(super) struct Unknown<'a> {
+    pub name: String,
+    unit: &'a str,
+    key: Option<&'a FreeKey>,
+    /// The unit of its coordinate, in values; `None` for a logarithm.
+    pub linear: Option<f64>,
 }
 
 /// All that a model searches, in the order of its coordinates.
 pub(super) fn unknowns<'a>(model: &Model<'a>) -> Vec<Unknown<'a>> {
     let records = model.records;
-    let others = model.others.iter().filter_map(|other| match other {
-        Other::Clock => Some(Unknown::Shift(records.step(), &records.units[0])),
-        Other::Gain(site) => Some(Unknown::Gain(records.bodies[*site])),
-        Other::Gains | Other::Held(_) => None,
+    let keys = model.keys.iter().map(|key| Unknown {
+        name: key.name.clone(),
+        unit: &key.unit,
+        key: Some(key),
+        linear: (!key.is_log).then(|| key.scale()),
     });
-    model.keys.iter().map(Unknown::Key).chain(others).collect()
+    let others = model.others.iter().filter_map(|other| match other {
+        Other::Clock => Some(Unknown {
+            name: "time_shift".into(),
+            unit: &records.units[0],
+            key: None,
+            linear: Some(records.step()),
+        }),
+        Other::Gain(site) => Some(Unknown::gain(records.bodies[*site])),
+        Other::Gains | Other::Factor(_) => None,
+    });
+    keys.chain(others).collect()
 }
 
 impl Unknown<'_> {
-    pub fn name(&self) -> String {
-        match self {
-            Unknown::Key(key) => key.name.clone(),
-            Unknown::Shift(..) => "time_shift".into(),
-            Unknown::Gain(body) => format!("gain[{body}]"),
+    /// Of the record of a body.
+    pub fn gain(body: usize) -> Unknown<'static> {
+        Unknown {
+            name: format!("gain[{body}]"),
+            unit: "",
+            key: None,
+            linear: None,
         }
     }
 
     /// The value at a coordinate of the search.
     fn value_at(&self, u: f64) -> f64 {
-        match self {
-            Unknown::Key(key) => key.value_at(u),
-            Unknown::Shift(step, _) => u * step,
-            Unknown::Gain(_) => u.exp(),
-        }
-    }
-
-    /// The unit of its coordinate, in values; `None` for a logarithm.
-    pub fn linear(&self) -> Option<f64> {
-        match self {
-            Unknown::Key(key) if key.is_log => None,
-            Unknown::Key(key) => Some(key.scale()),
-            Unknown::Gain(_) => None,
-            Unknown::Shift(step, _) => Some(*step),
+        match (self.key, self.linear) {
+            (Some(key), _) => key.value_at(u),
+            (None, Some(step)) => u * step,
+            (None, None) => u.exp(),
         }
     }
 
     /// What is found where the search has ended, with half of the interval there; NaN for none.
     fn fitted(&self, at: f64, half: f64) -> FittedValue {
         let value = self.value_at(at);
-        let (unit, is_at_bound) = match self {
-            Unknown::Key(key) => (key.unit.as_str(), key.bounds.contains(&value)),
-            Unknown::Shift(_, unit) => (*unit, false),
-            Unknown::Gain(_) => ("", false),
-        };
         FittedValue {
-            name: self.name(),
-            unit: unit.into(),
+            name: self.name.clone(),
+            unit: self.unit.into(),
             value,
             low: self.value_at(at - half),
             high: self.value_at(at + half),
             start: self.value_at(0.0),
-            is_at_bound,
-            is_key: matches!(self, Unknown::Key(_)),
+            is_at_bound: self.key.is_some_and(|key| key.bounds.contains(&value)),
+            is_key: self.key.is_some(),
         }
     }
 }

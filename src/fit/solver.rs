@@ -86,10 +86,7 @@ pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> 
                 ended = Some(true);
                 break;
             }
-            let tried = match problem.residual(&next) {
-                Err(Error::Cancelled) => return Err(Error::Cancelled),
-                tried => tried.ok(),
-            };
+            let tried = unless_cancelled(problem.residual(&next))?;
             let now = tried.as_ref().map_or(f64::INFINITY, |r| square(r));
             if now < squares {
                 let ratio = (squares - now) / predicted;
@@ -115,6 +112,14 @@ pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> 
         columns,
         is_settled: ended.unwrap_or(false),
     })
+}
+
+/// What was found; `None` where it cannot be had.
+pub(super) fn unless_cancelled<T>(found: Result<T>) -> Result<Option<T>> {
+    match found {
+        Err(Error::Cancelled) => Err(Error::Cancelled),
+        found => Ok(found.ok()),
+    }
 }
 
 pub(super) fn square(values: &[f64]) -> f64 {

@@ -15,11 +15,10 @@ use crate::unit::label;
 const NAMED: usize = 4;
 const NAMED_BODIES: usize = 12;
 
-/// Share of the run, or of its sampling, from which on more of it would tell more.
+/// Share of the run from which on more of it would tell more.
 const END: f64 = 0.95;
-const FAST: f64 = 0.7;
 
-const DEFINITIONS: [[&str; 2]; 4] = [
+const DEFINITIONS: [[&str; 2]; 3] = [
     [
         "error",
         "Half of the 95 % interval over the value, of a fit without bias at the values of the scene (Cramer and Rao). \
@@ -33,10 +32,6 @@ const DEFINITIONS: [[&str; 2]; 4] = [
         "rate",
         "Slowest sampling, behind a filter at half of it, at which no error is more than 5 % above that at the rate of the \
          run: the noise has one density, and faster samples are not better ones.",
-    ],
-    [
-        "information by body",
-        "Share of each body in what all bodies know of a key, if the others were known.",
     ],
 ];
 
@@ -168,7 +163,6 @@ impl Planned {
             "noise",
             format!("{noise} a sample at {fastest}, {share} of the records"),
         );
-        sheet.detail("runs", self.runs.to_string());
     }
 
     fn per_time(&self) -> String {
@@ -189,12 +183,6 @@ impl Planned {
             sheet.warn(
                 "errors still fall at the end of the run",
                 "a later `end_time` tells more",
-            );
-        }
-        if self.rate > FAST * self.fastest() {
-            sheet.warn(
-                "the run is sampled no faster than needed",
-                "more `samples`, or a higher `--rate`, show what faster sampling gains",
             );
         }
         if !self.undetermined.is_empty() {
