@@ -16,17 +16,12 @@ const NAMED: usize = 4;
 /// Gains below this share are none.
 const LEAST_GAIN: f64 = 1e-6;
 
-const DEFINITIONS: [[&str; 2]; 1] = [[
-    "random tries",
-    "As many designs, drawn evenly within the bounds: what a search must beat.",
-]];
+const DEFINITIONS: &str = "\
+    random tries: As many designs, drawn evenly within the bounds: what a search must beat.";
 
 impl Describe for Designed {
     fn describe(&self) -> Sheet<'_> {
         let mut sheet = Sheet {
-            name: "design",
-            version: 1,
-            title: "Designed chain".into(),
             about: format!(
                 "{} made {} by {} key{}, in {} tries by {} and as many at random",
                 self.request.aim.words(),
@@ -38,8 +33,7 @@ impl Describe for Designed {
             ),
             answer: self.answer(),
             tables: vec![self.table()],
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("design", "Designed chain", DEFINITIONS)
         };
         let unit = self.unit();
         if !self.after.members.is_empty() {

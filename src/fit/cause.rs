@@ -6,6 +6,8 @@
 //!
 //! Source: C. R. Rao, Proc. Camb. Phil. Soc. 44 (1948) 50 (score tests).
 
+use std::time::{Duration, Instant};
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -13,13 +15,17 @@ use super::key::{FreeKey, numbers};
 use super::model::{Model, Other};
 use super::records::Records;
 use super::result::{judge, misfit};
-use super::shown::place;
-use super::solver::{Beside, Minimum, Problem, dot, minimize, square, unless_cancelled};
-use crate::Result;
+use super::shown::{place, some_places};
+use super::solver::{Beside, Minimum, Problem, dot, minimize, square};
 use crate::chain::scene::{SceneSource, Setting};
 use crate::chain::{Ends, Law, Simulation};
 use crate::numeric::fisher_tail;
-use crate::sheet::listed;
+use crate::observer::Observer;
+use crate::{Error, Result};
+
+/// How long causes are searched, and how much longer than the search of the chain, if that is more.
+const PATIENCE: Duration = Duration::from_secs(30);
+const LONGER: u32 = 10;
 
 /// Alternatives that are fitted since their scores are best.
 const FITTED: usize = 5;
@@ -321,34 +327,28 @@ fn of_instruments(model: &Model) -> Result<Vec<Alternative>> {
         });
     }
     let [stated, fitting] = placed(model, &origin)?;
-    let sites = 0..stated.len();
-    let others: Vec<usize> = sites
-        .filter(|site| stated[*site] != fitting[*site])
-        .collect();
-    let singles = others.iter().map(|site| vec![*site]);
+    let others = (0..stated.len()).filter(|site| stated[*site] != fitting[*site]);
+    let others: Vec<usize> = others.collect();
     let together = [others.clone()].into_iter().filter(|all| all.len() > 1);
+    let singles = others.iter().map(|site| vec![*site]);
     all.extend(together.chain(singles).filter_map(|sites| {
         let mut places = stated.clone();
         sites.iter().for_each(|site| places[*site] = fitting[*site]);
-        let bodies: Vec<usize> = places.iter().map(|(body, _)| *body).collect();
+        let placed = records.placed(&places);
+        let bodies = &placed.bodies;
         let is_once = (1..bodies.len()).all(|i| !bodies[..i].contains(&bodies[i]));
-        let is_moved = bodies != records.bodies;
-        let shown =
-            |bodies: &[usize]| listed(&bodies.iter().map(usize::to_string).collect::<Vec<_>>());
         let own: Vec<usize> = sites.iter().map(|site| records.bodies[*site]).collect();
-        let (name, kind) = match is_moved {
+        let some = |bodies: &[usize]| some_places(records.quantity, bodies, PLACES);
+        let (name, kind) = match *bodies != records.bodies {
             true => (
-                format!("records of bodies {}", shown(&bodies)),
+                format!("records of {}", some(bodies)),
                 "records of other bodies",
             ),
             false if own.len() == bodies.len() => ("sign of all records".into(), "signs"),
-            false => (
-                format!("sign at {} {}", place(records.quantity), shown(&own)),
-                "signs",
-            ),
+            false => (format!("sign at {}", some(&own)), "signs"),
         };
         is_once.then(|| Alternative {
-            records: Some(records.placed(&places)),
+            records: Some(placed),
             is_whole: true,
             ..Alternative::of(model, name, kind)
         })
@@ -373,7 +373,7 @@ fn placed(model: &Model, at: &[f64]) -> Result<[Vec<(usize, f64)>; 2]> {
     let all = Records {
         values: Vec::new(),
         bodies,
-        ..records.without_values()
+        ..records.clone()
     };
     let of_all = Model {
         records: &all,
@@ -403,30 +403,72 @@ fn placed(model: &Model, at: &[f64]) -> Result<[Vec<(usize, f64)>; 2]> {
     Ok([stated, fitting])
 }
 
-/// What explains the misfit of a fit at its minimum, if anything that was tried does, and kinds of what was tried.
-///
-/// # Errors
-/// [`crate::Error::Cancelled`]; alternatives whose runs fail are none.
-pub(super) fn cause(
+/// What was tried to explain a misfit.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Causes {
+    /// What explains it, if anything does.
+    pub cause: Option<Cause>,
+    /// Kinds of what was tried.
+    pub tried: Vec<String>,
+    /// Whether work was stopped, or took too long, before all was tried.
+    pub is_cut: bool,
+}
+
+/// Ends work at a time.
+struct Until<'a>(&'a dyn Observer, Instant);
+
+impl Observer for Until<'_> {
+    fn cancelled(&self) -> bool {
+        self.0.cancelled() || Instant::now() > self.1
+    }
+}
+
+impl Causes {
+    /// Of the misfit at the minimum of a search that took so long, at some bodies.
+    ///
+    /// # Errors
+    /// Those of the chain at the minimum; alternatives whose runs fail are none.
+    pub(super) fn of(
+        model: &Model,
+        found: &Minimum,
+        bodies: &[usize],
+        searched: Duration,
+    ) -> Result<Causes> {
+        let until = Instant::now() + PATIENCE.max(LONGER * searched);
+        match causes(model, found, bodies, &Until(model.observer, until)) {
+            Err(Error::Cancelled) => Ok(Causes {
+                is_cut: true,
+                ..Causes::default()
+            }),
+            found => found,
+        }
+    }
+}
+
+fn causes(
     model: &Model,
     found: &Minimum,
     bodies: &[usize],
-) -> Result<(Option<Cause>, Vec<String>)> {
+    until: &dyn Observer,
+) -> Result<Causes> {
     let simulation = model.simulation(&found.at)?;
     let mut all = of_scene(model, &simulation);
     all.extend(of_chain(model, &simulation, bodies));
     all.extend(of_instruments(model)?);
     let mut kinds: Vec<String> = all.iter().map(|one| one.kind.clone()).collect();
     kinds.dedup();
+    let brief = &Model {
+        observer: until,
+        ..*model
+    };
     model.observer.stage("causes", all.len() as u64);
     let beside = Beside::of(&found.columns, 1e-12);
-    let score = |alternative: &Alternative| -> Result<f64> {
-        let score = unless_cancelled(alternative.score(model, found, &beside))?;
+    let score = |alternative: &Alternative| {
+        let score = alternative.score(brief, found, &beside);
         model.observer.advance(1);
-        Ok(score.unwrap_or(0.0))
+        score.unwrap_or(0.0)
     };
-    let scores: Result<Vec<f64>> = all.par_iter().map(score).collect();
-    let scores = scores?;
+    let scores: Vec<f64> = all.par_iter().map(score).collect();
     let mut order: Vec<usize> = (0..all.len()).filter(|i| scores[*i] > 0.0).collect();
     order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
     // Of names of one change the first.
@@ -439,15 +481,21 @@ pub(super) fn cause(
     let tried: Vec<usize> = best
         .chain((0..all.len()).filter(|i| all[*i].is_whole))
         .collect();
+    model.observer.stage("fits of causes", tried.len() as u64);
     let fit = |i: &usize| {
-        let fit = unless_cancelled(all[*i].fit(model, found))?;
-        Ok(fit.map(|fit| (*i, fit)))
+        let fit = all[*i].fit(brief, found);
+        model.observer.advance(1);
+        Some((*i, fit.ok()?))
     };
-    let fits: Result<Vec<Option<(usize, Minimum)>>> = tried.par_iter().map(fit).collect();
-    let mut ends: Vec<(usize, Minimum)> = fits?.into_iter().flatten().collect();
+    let mut ends: Vec<(usize, Minimum)> = tried.par_iter().filter_map(fit).collect();
+    let is_cut = until.cancelled();
     ends.sort_by(|a, b| a.1.squares.total_cmp(&b.1.squares));
     let Some((best, fit)) = ends.first() else {
-        return Ok((None, kinds));
+        return Ok(Causes {
+            cause: None,
+            tried: kinds,
+            is_cut,
+        });
     };
     let (alternative, own) = (&all[*best], all[*best].model(model));
     let noted = judge(&own, fit);
@@ -456,7 +504,7 @@ pub(super) fn cause(
     let variance = fit.squares / known * inflation;
     let decrease = (found.squares - fit.squares) / variance;
     let chance = fisher_tail(decrease, [1.0, known / inflation]);
-    let is_all = misfit(&own, fit, &own.predicted(&fit.at)?, &noted.noise).is_none();
+    let is_all = misfit(&own, fit, &own.predicted(&fit.at)?, &noted).is_none();
     let as_good = |end: &&(usize, Minimum)| end.1.squares - fit.squares < TOLD * variance;
     let rivals = ends[1..].iter().filter(as_good);
     let rivals: Vec<String> = rivals.map(|(i, _)| all[*i].name.clone()).collect();
@@ -476,5 +524,9 @@ pub(super) fn cause(
         is_all,
         rivals,
     });
-    Ok((cause, kinds))
+    Ok(Causes {
+        cause,
+        tried: kinds,
+        is_cut,
+    })
 }

@@ -5,7 +5,7 @@ use ndarray::Array2;
 use crate::chain::Chain;
 use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::field::{Axis, Quantity};
-use crate::numeric::median;
+use crate::numeric::{median, sorted};
 use crate::transform::{RecordScratch, RecordTransform, fold};
 use crate::{Error, Field, Result};
 
@@ -17,6 +17,10 @@ const OFF: f64 = 0.05;
 
 /// Fewest samples of a record and of all, for each unknown, that can be fitted.
 const LEAST: usize = 8;
+
+/// Difference of samples, over the largest, that is rounding of binary numbers; by how much whole numbers of steps may be off.
+const SAME: f64 = 1e-9;
+const WHOLE: f64 = 0.01;
 
 /// Samples whose squares, and those of their noise, are numbers.
 const SIZES: std::ops::RangeInclusive<f64> = 1e-120..=1e120;
@@ -95,26 +99,15 @@ impl Records {
         Err(Error::request("field", expected, format!("{largest:e}")))
     }
 
-    /// Without samples.
-    pub(super) fn without_values(&self) -> Records {
-        Records {
-            quantity: self.quantity,
-            times: self.times.clone(),
-            bodies: self.bodies.clone(),
-            values: Vec::new(),
-            units: self.units.clone(),
-        }
-    }
-
     /// The same samples, with a sign, as those of other bodies.
     pub(super) fn placed(&self, places: &[(usize, f64)]) -> Records {
-        let records = self.values.chunks_exact(self.times.len()).zip(places);
-        let signed = records.flat_map(|(record, (_, sign))| record.iter().map(move |v| sign * v));
-        Records {
-            values: signed.collect(),
-            bodies: places.iter().map(|(body, _)| *body).collect(),
-            ..self.without_values()
+        let mut placed = self.clone();
+        let records = placed.values.chunks_exact_mut(self.times.len());
+        for ((record, body), (other, sign)) in records.zip(&mut placed.bodies).zip(places) {
+            record.iter_mut().for_each(|value| *value *= sign);
+            *body = *other;
         }
+        placed
     }
 
     /// How many steps later than those of a run half of the largest values are first reached, in the middle of all records.
@@ -178,6 +171,28 @@ impl Records {
     pub fn record(&self, site: usize) -> &[f64] {
         let n = self.times.len();
         &self.values[n * site..n * (site + 1)]
+    }
+
+    /// The step that samples of each record are rounded to: all are whole multiples of it apart; 0 for none.
+    pub(super) fn steps(&self) -> Vec<f64> {
+        let step = |site: usize| {
+            let known = self.record(site).iter().copied().filter(|v| v.is_finite());
+            let known = sorted(known);
+            let (first, last) = known.first().zip(known.last())?;
+            let largest = first.abs().max(last.abs());
+            let apart = known.windows(2).map(|pair| pair[1] - pair[0]);
+            let least = apart
+                .filter(|by| *by > SAME * largest)
+                .min_by(f64::total_cmp)?;
+            let step = (last - first) / ((last - first) / least).round();
+            let off = |v: &f64| {
+                let count = (v - first) / step;
+                (count - count.round()).abs()
+            };
+            known.iter().all(|v| off(v) < WHOLE).then_some(step)
+        };
+        let sites = 0..self.bodies.len();
+        sites.map(|site| step(site).unwrap_or(0.0)).collect()
     }
 
     pub(super) fn is_known(&self) -> Vec<bool> {

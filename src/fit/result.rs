@@ -2,11 +2,11 @@
 
 use ndarray::Array2;
 
-use super::cause::Cause;
+use super::cause::Causes;
 use super::directions::{Direction, factored, loose};
 use super::key::FreeKey;
 use super::model::{Model, Other, rms};
-use super::noise::{Linear, Noise};
+use super::noise::{Linear, Noise, before_rounding};
 use super::shown::Overlay;
 use super::solver::{Minimum, gram, scaled};
 use super::verdict::{Judged, Misfit};
@@ -57,11 +57,8 @@ pub struct Fitted {
     pub undetermined: Vec<Direction>,
     /// What noise does not explain; `None` for nothing.
     pub misfit: Option<Misfit>,
-    /// What explains the misfit, and kinds of all that was tried.
-    pub cause: Option<Cause>,
-    pub tried: Vec<String>,
-    /// Whether the search for a cause was stopped.
-    pub is_cut: bool,
+    /// What was tried to explain the misfit.
+    pub causes: Causes,
     pub overlay: Overlay,
     /// Standard deviation of what is left, and its correlation with what is left so many samples later.
     pub noise: f64,
@@ -84,6 +81,8 @@ pub struct Fitted {
 /// Noise and covariance at a minimum.
 pub(super) struct Noted {
     pub noise: Noise,
+    /// What is left beyond rounding, and its noise.
+    left: (Vec<f64>, Noise),
     covariance: Vec<Vec<f64>>,
     /// Directions that nothing is known of, and those that hardly anything is.
     unknown: Vec<Vec<f64>>,
@@ -102,12 +101,13 @@ pub(super) fn misfit(
     model: &Model,
     found: &Minimum,
     predicted: &[f64],
-    noise: &Noise,
+    noted: &Noted,
 ) -> Option<Misfit> {
     let known = model.records.is_known();
+    let (left, noise) = &noted.left;
     let judged = Judged {
         records: model.records,
-        residual: &found.residual[..known.len()],
+        residual: left,
         known: &known,
         predicted,
         columns: &found.columns,
@@ -128,8 +128,12 @@ pub(super) fn judge(model: &Model, found: &Minimum) -> Noted {
         sites: records.bodies.len(),
         times: records.times.len(),
     };
-    let noise = Noise::of(&found.residual[..records.values.len()], &known, &linear);
-    let mut covariance = linear.covariance(&noise);
+    let residual = &found.residual[..records.values.len()];
+    let steps = records.steps();
+    let noise = Noise::of(residual, &known, &linear);
+    let left = before_rounding(residual, &steps);
+    let white = Noise::of(&left, &known, &linear);
+    let mut covariance = linear.covariance(&linear.where_told(&noise, residual, &steps));
     for (i, row) in covariance.iter_mut().enumerate() {
         row.iter_mut()
             .zip(&sizes)
@@ -137,6 +141,7 @@ pub(super) fn judge(model: &Model, found: &Minimum) -> Noted {
     }
     Noted {
         noise,
+        left: (left, white),
         unknown,
         loose: loose(&covariance),
         covariance,
@@ -150,12 +155,7 @@ impl Fitted {
     pub(super) fn of(model: &Model, found: &Minimum, about: Circumstances) -> Result<Fitted> {
         let (searches, horizon, run_error) = about;
         let records = model.records;
-        let Noted {
-            noise,
-            covariance,
-            unknown,
-            loose,
-        } = judge(model, found);
+        let noted = judge(model, found);
         let residual = &found.residual[..records.values.len()];
         let predicted = model.predicted(&found.at)?;
         let measured = records.masked(records.values.iter().copied());
@@ -163,8 +163,15 @@ impl Fitted {
         let is_exact = left < ROUNDING.max(3.0 * run_error);
         let misfit = match is_exact {
             true => None,
-            false => misfit(model, found, &predicted, &noise),
+            false => misfit(model, found, &predicted, &noted),
         };
+        let Noted {
+            noise,
+            covariance,
+            unknown,
+            loose,
+            ..
+        } = noted;
         let unknowns = unknowns(model);
         let directions = unknown
             .iter()
@@ -174,20 +181,14 @@ impl Fitted {
         let degrees = (noise.independent() - found.at.len() as f64).max(1.0);
         let quantile = student_two_sided(ALPHA, degrees);
         let is_loose = |k: usize| unknown.iter().any(|d: &Vec<f64>| d[k].abs() > PART);
-        let halves: Vec<f64> = (0..found.at.len())
-            .map(|k| {
-                if is_loose(k) {
-                    f64::NAN
-                } else {
-                    quantile * covariance[k][k].max(0.0).sqrt()
-                }
-            })
-            .collect();
+        let half = |k: usize| match is_loose(k) {
+            true => f64::NAN,
+            false => quantile * covariance[k][k].max(0.0).sqrt(),
+        };
         let each = unknowns.iter().enumerate();
-        let values = each
-            .map(|(k, of)| of.fitted(found.at[k], halves[k]))
-            .collect();
-        let correlation = Array2::from_shape_fn((halves.len(), halves.len()), |(i, j)| {
+        let values = each.map(|(k, of)| of.fitted(found.at[k], half(k)));
+        let values = values.collect();
+        let correlation = Array2::from_shape_fn([found.at.len(); 2], |(i, j)| {
             match is_loose(i) || is_loose(j) {
                 true => f64::NAN,
                 false => covariance[i][j] / (covariance[i][i] * covariance[j][j]).sqrt(),
@@ -209,9 +210,7 @@ impl Fitted {
             horizon,
             searches,
             runs: 0,
-            cause: None,
-            tried: Vec::new(),
-            is_cut: false,
+            causes: Causes::default(),
             scene: settings.map(|s| [s.key, s.text]).collect(),
         })
     }

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::cause::Cause;
+use super::cause::{Cause, Causes};
 use super::result::{Fitted, FittedValue};
 use super::shown::{places, some_places, spectral_units, warn_of_horizon};
 use crate::sheet::{
@@ -12,26 +12,16 @@ use crate::sheet::{
 /// Values that a sentence names, at most.
 const NAMED: usize = 4;
 
-const DEFINITIONS: [[&str; 2]; 2] = [
-    [
-        "interval",
-        "95 % interval of the linearized problem. The correlation of the noise is estimated from the residual, and the \
-         samples count by it. It holds if the chain is right.",
-    ],
-    [
-        "misfit",
-        "What stationary noise does not explain of the residual: regressors made of the signal do, or it is larger in \
-         some part of time or at some body. Noise alone is called so in 4 % of fits or less.",
-    ],
-];
+const DEFINITIONS: &str = "\
+    interval: 95 % interval of the linearized problem. The correlation of the noise is estimated from the residual, and \
+        the samples count by it. It holds if the chain is right.
+    misfit: What stationary noise does not explain of the residual: regressors made of the signal do, or it is larger in \
+        some part of time or at some body. Noise alone is called so in some 2 % of fits.";
 
 impl Describe for Fitted {
     fn describe(&self) -> Sheet<'_> {
         let records = &self.overlay.records;
         let mut sheet = Sheet {
-            name: "fit",
-            version: 1,
-            title: "Fitted chain".into(),
             about: format!(
                 "{} fitted to {} samples of {} at {} {}",
                 listed(&self.names()),
@@ -42,8 +32,7 @@ impl Describe for Fitted {
             ),
             answer: self.answer(),
             tables: vec![self.table()],
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("fit", "Fitted chain", DEFINITIONS)
         };
         self.facts(&mut sheet);
         self.warnings(&mut sheet);
@@ -51,8 +40,8 @@ impl Describe for Fitted {
             "values": self.values,
             "undetermined": self.undetermined,
             "misfit": self.misfit,
-            "cause": self.cause,
-            "tried": self.tried,
+            "cause": self.causes.cause,
+            "tried": self.causes.tried,
             "noise": self.noise,
             "explained": self.explained,
             "exact": self.is_exact,
@@ -135,7 +124,7 @@ impl Fitted {
             let left = percent(1.0 - self.explained);
             let place = misfit.place(records);
             sheet.fact("left", format!("{left} of the energy, {place}"));
-            if let Some(cause) = &self.cause {
+            if let Some(cause) = &self.causes.cause {
                 sheet.fact("cause", cause.words());
             }
         }
@@ -160,20 +149,9 @@ impl Fitted {
         let until = self.horizon.map(|horizon| horizon.until);
         warn_of_horizon(sheet, until, &self.overlay.records.units[0]);
         if self.misfit.is_some() {
-            let advice = match &self.cause {
-                Some(cause) => cause.cure.clone(),
-                None if self.is_cut => {
-                    "the search for a cause was stopped; the same command with more time goes on"
-                        .into()
-                }
-                None => format!(
-                    "none of what was tried explains it: {}",
-                    listed(&self.tried)
-                ),
-            };
             sheet.warn(
                 "the intervals hold for a chain that is right, and this one is not",
-                advice,
+                self.causes.advice(),
             );
         }
         let at_bound = self.values.iter().filter(|value| value.is_at_bound);
@@ -217,6 +195,23 @@ impl Fitted {
         );
         sheet.plane("correlation", ["parameter", "other"], "", &self.correlation);
         sheet.line("noise_correlation", "lag", "", &self.noise_correlation);
+    }
+}
+
+impl Causes {
+    /// What takes the cause into account, or why none is named.
+    fn advice(&self) -> String {
+        match &self.cause {
+            Some(cause) => cause.cure.clone(),
+            None if self.is_cut => {
+                "the search for a cause was stopped, or took too long: fewer samples are faster"
+                    .into()
+            }
+            None => {
+                let tried = listed(&self.tried);
+                format!("none of what was tried explains it: {tried}")
+            }
+        }
     }
 }
 

@@ -1,24 +1,23 @@
 //! Whether noise explains what the best chain leaves of the records, and where it does not.
 //!
 //! Noise is stationary along each record, of any colour and distribution, and knows nothing of the signal. Two families of
-//! tests ask of the whitened residual whether it is: with regressors made of the signal (its size, delay, width and decay,
-//! of each record and of all), by Fisher's F beside the fitted unknowns, of as many normal numbers in the same order; and
-//! by its variance in cells of time and site, and where the signal is against where it is not, with as many degrees of
-//! freedom as its kurtosis leaves. Each family is wrong in 2 % of fits to noise alone.
+//! tests ask of the whitened residual, as normal numbers in the same order, whether it is: with regressors made of the
+//! signal (its size, delay, width and decay, of each record and of all), by Fisher's F beside the fitted unknowns; and by
+//! its variance in cells of time and site, and where the signal is against where it is not. Each family is wrong in 1 % of
+//! fits to noise alone.
 //!
-//! Source: C. B. Bell, K. A. Doksum, Ann. Math. Stat. 36 (1965) 203 (normal scores); G. E. P. Box, Biometrika 40 (1953) 318
-//! (variances of what is not normal).
+//! Source: B. L. van der Waerden, Indag. Math. 14 (1952) 453 (normal scores); J. Klotz, Ann. Math. Stat. 33 (1962) 498 (their
+//! squares).
 
 use serde::Serialize;
 
-use super::model::rms;
 use super::noise::Noise;
 use super::records::Records;
 use super::solver::{Beside, dot};
-use crate::numeric::{Random, fisher_tail, sorted};
+use crate::numeric::fisher_tail;
 
 /// Share of fits to noise alone that a family of tests calls a misfit.
-const ALPHA: f64 = 0.02;
+const ALPHA: f64 = 0.01;
 
 /// Parts of time, and fewest samples of one.
 const PARTS: usize = 8;
@@ -58,17 +57,14 @@ pub(super) struct Judged<'a> {
     pub noise: &'a Noise,
 }
 
-/// Whitened numbers at the samples where they are known.
+/// Normal numbers in the order of whitened ones, where these are known.
 struct White {
     error: Vec<f64>,
-    /// Normal numbers in the order of the errors of each record.
-    scores: Vec<f64>,
     beside: Beside,
     /// Where in the records each is.
     places: Vec<usize>,
     degrees: f64,
-    /// Share of the degrees of freedom that heavy tails leave to a variance.
-    even: f64,
+    squares: f64,
 }
 
 impl Judged<'_> {
@@ -81,22 +77,21 @@ impl Judged<'_> {
         white.into_iter().flatten().collect()
     }
 
-    /// White noise with each record of variance 1, and as normal numbers in the same order.
-    fn alike(&self, white: &[f64], places: &[usize]) -> [Vec<f64>; 2] {
-        let mut random = Random::new(0);
-        let mut both = [vec![0.0; white.len()], vec![0.0; white.len()]];
-        for site in 0..self.records.bodies.len() {
-            let is_own = |i: &usize| places[*i] / self.times() == site;
-            let mut own: Vec<usize> = (0..white.len()).filter(is_own).collect();
-            own.sort_by(|a, b| white[*a].total_cmp(&white[*b]));
-            let size = rms(&own.iter().map(|i| white[*i]).collect::<Vec<_>>());
-            let normal = sorted(own.iter().map(|_| random.normal()));
-            for (i, score) in own.into_iter().zip(normal) {
-                both[0][i] = white[i] / size.max(f64::MIN_POSITIVE);
-                both[1][i] = score;
+    /// Normal numbers in the order of white noise, record by record.
+    ///
+    /// Source: B. L. Joiner, J. R. Rosenblatt, J. Am. Stat. Assoc. 66 (1971) 394 (quantiles of Tukey's lambda).
+    fn scores(&self, white: &[f64], places: &[usize]) -> Vec<f64> {
+        let mut scores = vec![0.0; white.len()];
+        let mut order: Vec<usize> = (0..white.len()).collect();
+        let site = |i: &usize| places[*i] / self.times();
+        order.sort_by(|a, b| site(a).cmp(&site(b)).then(white[*a].total_cmp(&white[*b])));
+        for record in order.chunk_by(|a, b| site(a) == site(b)) {
+            for (rank, i) in record.iter().enumerate() {
+                let share = (rank as f64 + 0.5) / record.len() as f64;
+                scores[*i] = 4.91 * (share.powf(0.14) - (1.0 - share).powf(0.14));
             }
         }
-        both
+        scores
     }
 
     fn whitened(&self) -> Option<White> {
@@ -107,19 +102,15 @@ impl Judged<'_> {
         let places = self.noise.whitened(self.residual, self.known, self.times());
         let places = places.iter().enumerate();
         let places: Vec<usize> = places.filter_map(|(at, white)| white.map(|_| at)).collect();
-        let alike = self.alike(&self.white(self.residual), &places);
-        let [error, scores] = alike.map(|white| beside.rest(&white));
+        let error = beside.rest(&self.scores(&self.white(self.residual), &places));
         let degrees = (error.len() - beside.count()) as f64;
         let squares = dot(&error, &error);
-        let fourth: f64 = error.iter().map(|e| e.powi(4)).sum();
-        let kurtosis = fourth * degrees / (squares * squares);
         (degrees > LEAST as f64 && squares > 0.0).then_some(White {
             error,
-            scores,
             beside,
             places,
             degrees,
-            even: (2.0 / (kurtosis - 1.0)).min(1.0),
+            squares,
         })
     }
 
@@ -283,12 +274,11 @@ impl White {
         for regressor in &regressors {
             // Nothing is told by those that little is left of.
             if let Some(own) = beside.add(regressor, LEFT) {
-                explained += dot(own, &self.scores).powi(2);
+                explained += dot(own, &self.error).powi(2);
             }
         }
         let count = (beside.count() - self.beside.count()) as f64;
-        let squares = dot(&self.scores, &self.scores);
-        let rest = (squares - explained) / (self.degrees - count);
+        let rest = (self.squares - explained) / (self.degrees - count);
         match count > 0.0 && rest > 0.0 {
             true => fisher_tail(explained / count / rest, [count, self.degrees - count]),
             false => 1.0,
@@ -303,13 +293,13 @@ impl White {
             *squares += error * error;
             *count += 1.0;
         }
-        let total = dot(&self.error, &self.error);
+        let total = self.squares;
         let probability = |(squares, count): &(f64, f64)| {
             let others = self.degrees - count;
             match *count >= LEAST as f64 && others >= LEAST as f64 && total > *squares {
                 true => fisher_tail(
                     squares / count / ((total - squares) / others),
-                    [self.even * count, self.even * others],
+                    [*count, others],
                 ),
                 false => 1.0,
             }

@@ -314,7 +314,7 @@ fn regress_a_stopped_fit_resumes() {
     let stopped = request
         .run(&field, &scene, &UntilCauses::default())
         .unwrap();
-    assert!(stopped.is_cut && stopped.misfit.is_some() && stopped.cause.is_none());
+    assert!(stopped.causes.is_cut && stopped.misfit.is_some() && stopped.causes.cause.is_none());
     request.resume = Some(place.path("journal"));
     let scene = SceneSource::new(None, chain(1.8, 1.0, 0.02));
     // Other records, and other starts.

@@ -238,6 +238,9 @@ fn run_of_field(typed: Compare) -> Result<(), Failure> {
         let find = |field: &Field| typed.find(field, &typed.source(None)?, progress);
         let of = (&*typed.first, &typed.input);
         let (found, hash) = of_field(of, typed.how.quiet, find)?;
+        if found.causes.is_cut {
+            progress.write_found();
+        }
         Ok(Found {
             found,
             hash,

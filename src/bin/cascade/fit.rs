@@ -164,7 +164,7 @@ pub fn run(typed: &Fit) -> Result<(), Failure> {
         let find = |field: &Field| typed.find(field, &scene, progress);
         let of = (&*typed.field, &typed.input);
         let (found, hash) = of_field(of, typed.result.how.quiet, find)?;
-        if found.is_cut {
+        if found.causes.is_cut {
             progress.write_found();
         }
         let beside = Some((SCENE, found.scene_text(&scene)?));

@@ -8,11 +8,13 @@ mod bands;
 mod front;
 mod sheet;
 
+use std::time::Instant;
+
 use serde::Serialize;
 
 pub use bands::InBand;
 
-use super::cause::{Cause, cause};
+use super::cause::Causes;
 use super::model::{Model, rms};
 use super::noise::{Linear, Noise};
 use super::records::Records;
@@ -34,8 +36,8 @@ use front::{Curve, Front, Told};
 /// Standard errors by which a difference is told: by chance once in 16 000.
 const TOLD: f64 = 4.0;
 
-/// Level of the tests of what is left, over that of a fit, whose tests are wrong in 4 % of fields of noise.
-const LEVEL: f64 = 0.02;
+/// Level of the tests of what is left, over that of a fit, whose tests are wrong in 2 % of fields of noise.
+const LEVEL: f64 = 0.04;
 
 /// Independent samples before the fronts that tell the noise, and what it is at most of all that is left.
 const QUIET: f64 = 40.0;
@@ -100,10 +102,8 @@ pub struct Comparison {
     pub moved: Option<[Movement; 2]>,
     /// What noise does not explain of the difference; `None` for nothing.
     pub misfit: Option<Misfit>,
-    /// The one number of the chain, of the clock or of a gain that explains it.
-    pub cause: Option<Cause>,
-    /// Kinds of what was tried.
-    pub tried: Vec<String>,
+    /// What was tried to explain it.
+    pub causes: Causes,
     /// Whether the difference is the error of runs.
     pub is_exact: bool,
     /// Energy of the difference over that of the measurement, with the noise.
@@ -138,6 +138,7 @@ impl CompareRequest {
         scene: &SceneSource,
         observer: &dyn Observer,
     ) -> Result<Comparison> {
+        let begun = Instant::now();
         let mut model = Model::of(scene, (&[], &[]), &records, observer)?;
         let (used, until, run_error) = reliable(&model, &[])?;
         model.records = &used;
@@ -154,20 +155,20 @@ impl CompareRequest {
         let pair = Pair::of(&used, &predicted, is_exact, observer)?;
         let bodies: Vec<AtBody> = (0..pair.sites()).map(|site| pair.body(site)).collect();
         let is_told = bodies.iter().any(|at| at.is_late || at.is_other);
-        let misfit = misfit(&model, &minimum, &predicted, &judge(&model, &minimum).noise)
+        let misfit = misfit(&model, &minimum, &predicted, &judge(&model, &minimum))
             .filter(|misfit| !is_exact && (is_told || misfit.level < LEVEL));
-        let places = misfit
-            .as_ref()
-            .map_or(&used.bodies, |misfit| &misfit.bodies);
-        let (cause, tried) = match misfit.is_some() || is_told {
-            true => cause(&model, &minimum, places)?,
-            false => Default::default(),
-        };
         let moved = match pair.sites() {
             0..BODIES => None,
             _ => moved(&used, &pair.measured, observer)?
                 .zip(moved(&used, &pair.run, observer)?)
                 .map(<[_; 2]>::from),
+        };
+        let places = misfit
+            .as_ref()
+            .map_or(&used.bodies, |misfit| &misfit.bodies);
+        let causes = match misfit.is_some() || is_told {
+            true => Causes::of(&model, &minimum, places, begun.elapsed())?,
+            false => Causes::default(),
         };
         Ok(Comparison {
             moved,
@@ -177,8 +178,7 @@ impl CompareRequest {
             left: minimum.squares / square(&pair.measured).max(f64::MIN_POSITIVE),
             bodies,
             misfit,
-            cause,
-            tried,
+            causes,
             is_exact,
             horizon: until,
             request: self.clone(),

@@ -15,26 +15,16 @@ use crate::unit::label;
 /// How the run is off.
 const SIDES: [(f64, &str); 2] = [(-1.0, "early"), (1.0, "late")];
 
-const DEFINITIONS: [[&str; 2]; 2] = [
-    [
-        "arrival",
-        "When half of the run's largest value is first reached; measured, that and the delay at which the run's front is most \
-         like the record. What is said to differ does so by four standard errors.",
-    ],
-    [
-        "energy",
-        "Squares of the records integrated over time, by octaves of frequency, all records together. Ratios are given \
-         between what they are if all that the run leaves is noise, and if none is.",
-    ],
-];
+const DEFINITIONS: &str = "\
+    arrival: When half of the run's largest value is first reached; measured, that and the delay at which the run's front \
+        is most like the record. What is said to differ does so by four standard errors.
+    energy: Squares of the records integrated over time, by octaves of frequency, all records together. Ratios are given \
+        between what they are if all that the run leaves is noise, and if none is.";
 
 impl Describe for Comparison {
     fn describe(&self) -> Sheet<'_> {
         let records = &self.overlay.records;
         let mut sheet = Sheet {
-            name: "compare-field",
-            version: 1,
-            title: "Measurement and run".into(),
             about: format!(
                 "{} of {} and of a run there",
                 records.quantity.name(),
@@ -42,8 +32,7 @@ impl Describe for Comparison {
             ),
             answer: self.answer(),
             tables: vec![self.body_table()],
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("compare-field", "Measurement and run", DEFINITIONS)
         };
         self.facts(&mut sheet);
         warn_of_horizon(&mut sheet, self.horizon, &records.units[0]);
@@ -56,8 +45,8 @@ impl Describe for Comparison {
             }))),
             "agree": self.agrees(),
             "misfit": self.misfit,
-            "cause": self.cause,
-            "tried": self.tried,
+            "cause": self.causes.cause,
+            "tried": self.causes.tried,
             "left": self.left,
             "exact": self.is_exact,
             "within": self.request.within,
@@ -161,12 +150,12 @@ impl Comparison {
                 false => format!("measurement and run agree, but {noise} hides the run"),
             };
         }
-        let reason = if self.tried.is_empty() {
+        let reason = if self.causes.tried.is_empty() {
             ""
         } else {
             "; nothing that was tried explains it"
         };
-        match &self.cause {
+        match &self.causes.cause {
             Some(cause) => format!("measurement and run differ {}", cause.differs()),
             None => format!("measurement and run differ: {}{reason}", self.worst()),
         }
@@ -311,10 +300,10 @@ impl Comparison {
                 sheet.fact(name, text);
             }
         }
-        if let (Some(misfit), None) = (&self.misfit, &self.cause) {
+        if let (Some(misfit), None) = (&self.misfit, &self.causes.cause) {
             let (left, place) = (percent(self.left), misfit.place(records));
             sheet.fact("left", format!("{left} of the energy, {place}"));
-            sheet.detail("tried", listed(&self.tried));
+            sheet.detail("tried", listed(&self.causes.tried));
         }
         let ends = span(self.bodies.iter().map(|at| at.noise)).unwrap_or([0.0; 2]);
         let (low, high) = (number(ends[0]), with_unit(ends[1], &records.units[1]));
