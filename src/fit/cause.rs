@@ -24,8 +24,8 @@ use crate::observer::Observer;
 use crate::{Error, Result};
 
 /// How long causes are searched, and how much longer than the search of the chain, if that is more.
-const PATIENCE: Duration = Duration::from_secs(30);
-const LONGER: u32 = 10;
+const PATIENCE: Duration = Duration::from_secs(60);
+const LONGER: u32 = 30;
 
 /// Alternatives that are fitted since their scores are best.
 const FITTED: usize = 5;

@@ -150,10 +150,10 @@ impl Comparison {
                 false => format!("measurement and run agree, but {noise} hides the run"),
             };
         }
-        let reason = if self.causes.tried.is_empty() {
-            ""
-        } else {
-            "; nothing that was tried explains it"
+        let reason = match self.causes.is_cut {
+            true => "; the search for a cause was stopped",
+            false if self.causes.tried.is_empty() => "",
+            false => "; nothing that was tried explains it",
         };
         match &self.causes.cause {
             Some(cause) => format!("measurement and run differ {}", cause.differs()),
