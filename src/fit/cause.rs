@@ -17,6 +17,7 @@ use super::records::Records;
 use super::result::{judge, misfit};
 use super::shown::{place, some_places};
 use super::solver::{Beside, Minimum, Problem, dot, minimize, square};
+use super::verdict::RARE;
 use crate::chain::scene::{SceneSource, Setting};
 use crate::chain::{Ends, Law, Simulation};
 use crate::numeric::fisher_tail;
@@ -504,7 +505,8 @@ fn causes(
     let variance = fit.squares / known * inflation;
     let decrease = (found.squares - fit.squares) / variance;
     let chance = fisher_tail(decrease, [1.0, known / inflation]);
-    let is_all = misfit(&own, fit, &own.predicted(&fit.at)?, &noted).is_none();
+    let left = misfit(&own, fit, &own.predicted(&fit.at)?, &noted);
+    let is_all = left.is_none_or(|left| left.level > RARE);
     let as_good = |end: &&(usize, Minimum)| end.1.squares - fit.squares < TOLD * variance;
     let rivals = ends[1..].iter().filter(as_good);
     let rivals: Vec<String> = rivals.map(|(i, _)| all[*i].name.clone()).collect();

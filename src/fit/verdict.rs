@@ -19,6 +19,9 @@ use crate::numeric::fisher_tail;
 /// Share of fits to noise alone that a family of tests calls a misfit.
 const ALPHA: f64 = 0.01;
 
+/// Level, over that of a family of tests, that one field of noise in 1000 reaches.
+pub(super) const RARE: f64 = 0.04;
+
 /// Parts of time, and fewest samples of one.
 const PARTS: usize = 8;
 const LEAST: usize = 12;

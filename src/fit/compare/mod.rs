@@ -21,7 +21,7 @@ use super::records::Records;
 use super::result::{judge, misfit};
 use super::shown::Overlay;
 use super::solver::{Minimum, Problem, square};
-use super::verdict::Misfit;
+use super::verdict::{Misfit, RARE};
 use super::{EXACT, reliable};
 use crate::analyze::{Request, Results, plan, run};
 use crate::arrays::Nowhere;
@@ -35,9 +35,6 @@ use front::{Curve, Front, Told};
 
 /// Standard errors by which a difference is told: by chance once in 16 000.
 const TOLD: f64 = 4.0;
-
-/// Level of the tests of what is left, over that of a fit, whose tests are wrong in 2 % of fields of noise.
-const LEVEL: f64 = 0.04;
 
 /// Independent samples before the fronts that tell the noise, and what it is at most of all that is left.
 const QUIET: f64 = 40.0;
@@ -156,7 +153,7 @@ impl CompareRequest {
         let bodies: Vec<AtBody> = (0..pair.sites()).map(|site| pair.body(site)).collect();
         let is_told = bodies.iter().any(|at| at.is_late || at.is_other);
         let misfit = misfit(&model, &minimum, &predicted, &judge(&model, &minimum))
-            .filter(|misfit| !is_exact && (is_told || misfit.level < LEVEL));
+            .filter(|misfit| !is_exact && (is_told || misfit.level < RARE));
         let moved = match pair.sites() {
             0..BODIES => None,
             _ => moved(&used, &pair.measured, observer)?
