@@ -101,7 +101,11 @@ impl Describing for Compare {
             bodies: self.bodies.clone(),
             within: self.within.unwrap_or(CompareRequest::default().within),
         };
-        Ok(Found::of(request.run(given.field()?, &scene, observer)?))
+        let found = request.run(given.field()?, &scene, observer)?;
+        Ok(Found {
+            is_cut: found.causes.is_cut,
+            ..Found::of(found)
+        })
     }
 }
 

@@ -137,6 +137,7 @@ impl Describing for Fit {
         let found = request.run(given.field()?, &scene, observer)?;
         Ok(Found {
             beside: Some((SCENE, found.scene_text(&scene)?)),
+            is_cut: found.causes.is_cut,
             ..Found::of(found)
         })
     }
