@@ -18,7 +18,7 @@ _found = importlib.util.spec_from_file_location("documents", ROOT / "tests/valid
 documents = importlib.util.module_from_spec(_found)
 _found.loader.exec_module(documents)
 
-PAGES = ["README.md", *documents.GUIDE, "docs/site/start.md"]
+PAGES = ["README.md", "python/README.md", *documents.GUIDE, "docs/site/start.md"]
 
 #: Commands of minutes: the sizes that are written are replaced by these.
 SMALLER = {
@@ -198,7 +198,7 @@ SMALLER_PYTHON = {
     "page",
     [
         page
-        for page in [*PAGES, "python/README.md", "docs/formats/netcdf.md"]
+        for page in [*PAGES, "docs/formats/netcdf.md"]
         if any(language == "python" for language, _ in documents.blocks(page))
     ],
 )
@@ -237,7 +237,7 @@ def test_val_python_of_the_guide_runs(page, files, tmp_path, monkeypatch):
 
 
 def test_val_names_in_the_documents_exist():
-    pages = [*PAGES, "python/README.md", "docs/reference.md", "docs/methods.md"]
+    pages = [*PAGES, "docs/reference.md", "docs/methods.md"]
     for page in pages:
         for name in re.findall(r"\bwc\.([\w.]*\w)", documents.text(page)):
             assert operator.attrgetter(name)(wc), f"{page}: wc.{name}"

@@ -30,10 +30,13 @@ def commands(shell):
 
 
 def outputs(page):
-    """Blocks of shell with the text that they print, which is the next block."""
-    for (language, shell), (next_language, printed) in itertools.pairwise(blocks(page)):
+    """Shell with what it prints: the next block, or a comment that ends with `; ...`."""
+    all_blocks = blocks(page)
+    for (language, shell), (next_language, printed) in itertools.pairwise([*all_blocks, ("", "")]):
         if (language, next_language) == ("sh", "text"):
             yield shell, printed
+        if language == "sh" and (comments := re.findall(r"^# (.+); \.\.\.$", shell, re.MULTILINE)):
+            yield "\n".join(commands(shell)), "\n".join(comments)
 
 
 def missing(printed, said):
@@ -62,9 +65,16 @@ def unit(number):
 
 
 def numbers(page, sentence):
-    """The numbers in the groups of a pattern, with which a page must agree once; spaces stand for any."""
-    pattern = re.sub(r" +", r"\\s+", sentence.replace("#", f"({NUMBER})"))
-    found = {match.groups() for match in re.finditer(pattern, text(page))}
+    """The numbers that a page has in place of each `#` of a sentence, which it states once."""
+    pattern = r"\s+".join(re.escape(word).replace(r"\#", f"({NUMBER})") for word in sentence.split())
+    found = set(re.findall(pattern, text(page)))
     if len(found) != 1:
         raise ValueError(f"{page}: expected one text like {sentence!r}, found {len(found)}")
-    return [float(number) for number in found.pop()]
+    stated = found.pop()
+    return [float(number) for number in (stated if isinstance(stated, tuple) else [stated])]
+
+
+def number(page, sentence):
+    """As `numbers`, of one `#`."""
+    (stated,) = numbers(page, sentence)
+    return stated
