@@ -1,10 +1,12 @@
 """The code of the guide runs as it is written, on files of its names, and prints what is written."""
 
 import importlib.util
+import inspect
 import operator
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -241,3 +243,12 @@ def test_val_names_in_the_documents_exist():
     for page in pages:
         for name in re.findall(r"\bwc\.([\w.]*\w)", documents.text(page)):
             assert operator.attrgetter(name)(wc), f"{page}: wc.{name}"
+
+
+def test_val_the_site_reads_the_package_without_what_is_compiled():
+    code = "import make; make.package_from_source(); print(make.functions('Functions'))"
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=ROOT / "docs/site", capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    functions = [name for name in wc.__all__ if inspect.isfunction(getattr(wc, name))]
+    assert [name for name in functions if f"wc.{name}(" not in done.stdout] == []
