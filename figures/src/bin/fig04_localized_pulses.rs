@@ -8,7 +8,8 @@
 //! Asserts: the simulated leading pulse is the localized wave, scaled; its forces are symmetric in
 //! time, its velocities are not, beyond order 1.
 //! Differs: ratios are those of the exact waves, which the paper's direct ones match to 1e-4; its
-//! second, smaller pulse (4c, d) comes after the times drawn here.
+//! second, smaller pulse (4c, d) comes after the times drawn here: at order 2 the impact leaves pulses of 0.101
+//! and 0.039 in velocity behind the leading one of 0.474.
 
 use wavecascade::chain::{Chain, Simulation};
 use wavecascade::localized::{Family, Wave};

@@ -20,7 +20,7 @@
 //! with edges from 3 to 10 kHz; above 16 kHz it rises, to less than 2 %. Spreading in k is not towards
 //! high k alone (above 1.08 rad per site the share falls, from 37 to 30 %) and ends: with the front at
 //! site 100 above 1.44 are 11 %, since the bodies thrown back drift ever more alike.
-//! Differs: the paper does not say how long its chain is, nor what it makes of the drift. Edges of
+//! Differs: the paper does not say how long the chain of this figure is (its experiment has 40 cylinders), nor what it makes of the drift. Edges of
 //! bands were chosen on these spectra, hence the measures without edges beside them.
 
 use ndarray::{ArrayView1, s};
@@ -107,7 +107,7 @@ fn main() -> Outcome<()> {
     let tiles: Vec<Tile> = tiles.collect();
     let note = concat!(
         "Lines: 90 % of the energy of a site, or of a time, lies below (drift included). One cell in 200 is beyond the upper ends of the colour scales. ",
-        "Along the first sites at 18° low frequencies decay and a line at 8.7 kHz stays; it is left behind by the pulse: on balance none of the energy that passes contact 20 passes above 5 kHz.",
+        "Along the first sites at 18° low frequencies decay and a line at 8.3 kHz stays; it is left behind by the pulse: on balance none of the energy that passes contact 20 passes above 5 kHz.",
     );
     let heading = "Redistribution of energy: 200 cylinders of quartz at 18° and at 8°";
     let figure = map_grid(
