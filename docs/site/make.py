@@ -303,10 +303,12 @@ def package_from_source() -> None:
     stub = ast.parse((ROOT / "python/wavecascade/_native.pyi").read_text()).body
     native = types.ModuleType("wavecascade._native")
     for one in stub:
-        if isinstance(one, ast.ClassDef):
-            setattr(native, one.name, type(one.name, (), {}))
+        match one:
+            case ast.ClassDef(name=name):
+                setattr(native, name, type(name, (), {}))
+            case ast.FunctionDef(name=name):
+                setattr(native, name, list)
     native.version = ""
-    native.scene_keys = list
     sys.modules[native.__name__] = native
     sys.path.insert(0, str(ROOT / "python"))
 

@@ -101,10 +101,33 @@ fn settings<'a>(keys: &'a [(&str, &str)]) -> impl Iterator<Item = Setting> + 'a 
         .map(|(key, text)| Setting::new(key, *text, *key))
 }
 
-/// Draws charts in rows of `columns` into `figures/out/<name>.png` and `.svg`.
+/// Draws charts in rows of `columns` into `figures/out/<name>.png` and `.svg`, with a letter each. Names of
+/// curves stand above the first of the charts below each other that have them.
 pub fn save_charts(name: &'static str, columns: usize, charts: &[Chart]) -> Outcome<()> {
-    let sheet = FigureLayout::grid(name, columns, charts.iter().cloned());
-    save_figure(&sheet.figure(name, &style()))
+    let names =
+        |chart: &Chart| -> Vec<String> { chart.series.iter().map(|s| s.label.clone()).collect() };
+    let drawn = charts
+        .iter()
+        .zip('a'..)
+        .enumerate()
+        .map(|(i, (chart, letter))| {
+            let mut chart = chart.clone();
+            if i >= columns && names(&chart) == names(&charts[i - columns]) {
+                chart
+                    .series
+                    .iter_mut()
+                    .for_each(|series| series.label.clear());
+            }
+            if charts.len() > 1 {
+                chart.title = format!("({letter}) {}", chart.title);
+            }
+            chart
+        });
+    let mut layout = FigureLayout::grid(name, columns, drawn);
+    if layout.rows.len() > 2 {
+        layout.rows = layout.rows.into_iter().map(|row| row.high(0.7)).collect();
+    }
+    save_figure(&layout.figure(name, &style()))
 }
 
 /// Draws a figure into `figures/out/<name>.png` and `.svg`.

@@ -1,21 +1,26 @@
-"""The commands of the guide run as they are written, on files of the names that they use."""
+"""The code of the guide runs as it is written, on files of its names, and prints what is written."""
 
+import importlib.util
+import inspect
+import operator
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import wavecascade as wc
 from conftest import ROOT
 
-PAGES = [
-    "README.md",
-    *sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs" / "guide").glob("*.md")),
-]
-PAGES += ["docs/site/start.md"]
+_found = importlib.util.spec_from_file_location("documents", ROOT / "tests/validate/documents.py")
+documents = importlib.util.module_from_spec(_found)
+_found.loader.exec_module(documents)
+
+PAGES = ["README.md", "python/README.md", *documents.GUIDE, "docs/site/start.md"]
 
 #: Commands of minutes: the sizes that are written are replaced by these.
 SMALLER = {
@@ -44,11 +49,11 @@ NOT_RUN = {
 
 
 def commands(page: str) -> list[str]:
-    """The lines of a page that run the program, continued ones as one."""
-    text = (ROOT / page).read_text(encoding="utf-8")
-    blocks = "".join(re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL))
-    lines = blocks.replace("\\\n", " ").splitlines()
-    lines = [line for line in lines if line.startswith("cascade ")]
+    """The lines of a page that run the program, but those whose output is shown."""
+    shown = [shell for shell, _ in documents.outputs(page)]
+    blocks = documents.blocks(page)
+    shells = (content for language, content in blocks if language == "sh" and content not in shown)
+    lines = (line for shell in shells for line in documents.commands(shell))
     return [line for line in lines if not any(words in line for words in NOT_RUN)]
 
 
@@ -139,9 +144,8 @@ def files(tmp_path_factory, program):
     return folder
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)])
-def test_val_commands_of_the_guide_run(page, files, program, tmp_path):
-    # Each page has the files to itself; what its commands write, later ones read.
+def copied(files: Path, tmp_path: Path) -> None:
+    """The files for one page alone: what its code writes, later code reads."""
     for path in files.iterdir():
         if path.is_dir() and not path.is_symlink():
             shutil.copytree(path, tmp_path / path.name)
@@ -149,9 +153,13 @@ def test_val_commands_of_the_guide_run(page, files, program, tmp_path):
             (tmp_path / path.name).symlink_to(path)
         else:
             (tmp_path / path.name).hardlink_to(path)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)])
+def test_val_commands_of_the_guide_run(page, files, program, tmp_path):
+    copied(files, tmp_path)
     told = []
     for line in commands(page):
-        line = line.split("  #")[0].rstrip()
         for written, smaller in SMALLER.items():
             line = line.replace(written, smaller)
         if page.endswith("scans.md"):
@@ -164,3 +172,83 @@ def test_val_commands_of_the_guide_run(page, files, program, tmp_path):
         if done.returncode:
             told.append(f"{line}\n  exit code {done.returncode}: {done.stderr.strip()}")
     assert not told, "\n".join(told)
+
+
+@pytest.mark.parametrize(
+    ("page", "shell", "printed"), [(page, *both) for page in PAGES for both in documents.outputs(page)]
+)
+def test_val_the_guide_shows_what_is_printed(page, shell, printed, program, tmp_path):
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    # Wide lines: how many are printed depends on how many are folded.
+    script = f'export COLUMNS=160; cascade() {{ {program} "$@"; }}; {shell}'
+    done = run_in(tmp_path, script)
+    assert done.returncode == 0, done.stderr
+    assert documents.missing(printed, done.stdout) == []
+
+
+#: Sizes of clusters, and what stands for them here.
+SMALLER_PYTHON = {
+    '"tcp://scheduler:8786"': "processes=False, dashboard_address=None",
+    "1:120:400log": "1:120:3log",
+    '"3/64"': '"3/4"',
+    '"sites": 400': '"sites": 40, "end_time": 20.0',
+}
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(
+    "page",
+    [
+        page
+        for page in [*PAGES, "docs/formats/netcdf.md"]
+        if any(language == "python" for language, _ in documents.blocks(page))
+    ],
+)
+def test_val_python_of_the_guide_runs(page, files, tmp_path, monkeypatch):
+    plots = pytest.importorskip("matplotlib.pyplot")
+    pytest.importorskip("zarr")
+    xr = pytest.importorskip("xarray")
+    copied(files, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    velocity = np.tile(np.load("field.npy"), (3, 1))
+    axes = {"time": 1e-5 * np.arange(len(velocity)), "x": 2e-3 * np.arange(velocity.shape[1])}
+    labelled = xr.DataArray(velocity, axes, ("time", "x"), "velocity")
+    Path("field.npy").unlink()
+    np.save("field.npy", velocity)
+    labelled.chunk({"x": 16}).to_dataset().to_zarr("field.zarr", zarr_format=2)
+    wc.analyze(labelled[:1024]).to_netcdf("spectra.nc")
+    parts = [wc.partial("field.npy", segment=512, part=f"{n}/2") for n in (1, 2)]
+    for n, part in enumerate(parts):
+        part.save(f"half-{n}.npz")
+    names = {
+        "wc": wc, "xr": xr, "numpy": np, "velocity": velocity, "field": velocity,
+        "shots": [velocity, velocity[::-1]], "input": velocity[:, 0], "output": velocity[:, 9],
+        "samples": np.ones((4_100_000, 1)), "paths": ["half-0.npz", "half-1.npz"],
+        "v": velocity, "t": axes["time"], "x": axes["x"],
+    }  # fmt: skip
+    try:
+        for language, code in documents.blocks(page):
+            if language == "python":
+                for written, smaller in SMALLER_PYTHON.items():
+                    code = code.replace(written, smaller)
+                exec(compile(code, page, "exec"), names)
+    finally:
+        plots.close("all")
+        if "client" in names:
+            names["client"].close()
+
+
+def test_val_names_in_the_documents_exist():
+    pages = [*PAGES, "docs/reference.md", "docs/methods.md"]
+    for page in pages:
+        for name in re.findall(r"\bwc\.([\w.]*\w)", documents.text(page)):
+            assert operator.attrgetter(name)(wc), f"{page}: wc.{name}"
+
+
+def test_val_the_site_reads_the_package_without_what_is_compiled():
+    code = "import make; make.package_from_source(); print(make.functions('Functions'))"
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=ROOT / "docs/site", capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    functions = [name for name in wc.__all__ if inspect.isfunction(getattr(wc, name))]
+    assert [name for name in functions if f"wc.{name}(" not in done.stdout] == []

@@ -98,3 +98,13 @@ def test_errors_are_short(field):
             wc.analyze(field, **options)
         notes = "".join(getattr(raised.value, "__notes__", []))
         assert len(str(raised.value)) + len(notes) <= 2000
+
+
+def test_a_store_of_zarr_is_opened_by_xarray(tmp_path):
+    xr = pytest.importorskip("xarray")
+    pytest.importorskip("zarr")
+    xr.Dataset({"velocity": (("time", "x"), np.zeros((20, 4)))}).to_zarr(tmp_path / "field.zarr")
+    for function in (wc.open, wc.analyze):
+        with pytest.raises(OSError, match="Zarr") as error:
+            function(tmp_path / "field.zarr")
+        assert "xarray.open_zarr(path)" in error.value.__notes__[-1]

@@ -13,7 +13,7 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wavecascade._commands.chains import Scene
 from wavecascade._commands.chains import sweep as _sweep
@@ -23,6 +23,9 @@ from wavecascade._large.averaged import averaged
 from wavecascade._large.spacetime import SpacetimePlan, open_spacetime, plan_spacetime
 from wavecascade._large.store import Task, run_each
 from wavecascade._native import Partial
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = [
     "Partial",
@@ -50,7 +53,7 @@ def sweep(
     parts: int | None = None,
     progress: Progress = None,
     **keys: Any,
-) -> Any:
+) -> pd.DataFrame:
     """As :func:`wavecascade.sweep`, in parts over the workers of a pool.
 
     Every part keeps its finished members in ``OUT-parts/K-of-N``, and resumes there, in another worker if

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+from documents import numbers
 from frame import scene_text
 
 BUDGETS = "accuracy.md, Budgets"
@@ -127,7 +128,8 @@ def closures(part):
             value = abs(closure[view.replace(" ", "_")] or 0.0)
             worst[view] = max(worst[view], value / (by_frequency if view == "frequency" else 1.0))
     by = "the balance that the program states, over the energy"
-    allowed = {"real space": 2e-10, "wavenumber": 1e-12, "scale": 1e-11}
+    sentence = "in real space (# where forces set in with a kink), # over wavenumbers and # over scales"
+    allowed = dict(zip(("real space", "wavenumber", "scale"), numbers(BUDGETS, sentence), strict=True))
     what = f"{len(names)} kinds of chains close: "
     for view, most in allowed.items():
         if view != "scale" or not part.quick:

@@ -2,8 +2,10 @@
 
 import contextlib
 import json
+import os
 import pathlib
 import shutil
+import statistics
 import subprocess
 import time
 import traceback
@@ -24,7 +26,8 @@ class Row:
     by: str
     found: str
     allowed: str
-    holds: bool
+    #: None: the machine was too busy to tell.
+    holds: bool | None
     #: Of a difference, what it is of the allowed one.
     share: float | None = None
 
@@ -67,7 +70,8 @@ class Part:
     # Claims.
 
     def row(self, what, where, by, found, allowed, holds, share=None):
-        self.outcome.rows.append(Row(what, where, by, short(found), short(allowed), bool(holds), share))
+        holds = None if holds is None else bool(holds)
+        self.outcome.rows.append(Row(what, where, by, short(found), short(allowed), holds, share))
 
     def claim(self, what, truth, found, allowed, *, where, by, scale=None):
         """The largest difference over `scale` is at most `allowed`. NaN in one alone differs."""
@@ -90,6 +94,18 @@ class Part:
             (low is not None, high is not None), f"{short(low or 0)} to {short(high or 0)}"
         )
         holds = (low is None or found >= low) and (high is None or found <= high)
+        self.row(what, where, by, found, allowed, holds)
+
+    def ratio(self, what, ratios, low, high, *, where, by):
+        """The median of ratios of times in interleaved rounds.
+
+        It is not decided against a bound by rounds that differ about it, or on a busy machine.
+        """
+        found = statistics.median(ratios)
+        inside = [(low is None or r >= low) and (high is None or r <= high) for r in (found, *ratios)]
+        is_busy = os.getloadavg()[0] > os.cpu_count()
+        holds = inside[0] or (None if any(inside) or is_busy else False)
+        allowed = f"at least {short(low)}" if high is None else f"at most {short(high)}"
         self.row(what, where, by, found, allowed, holds)
 
     def same(self, what, truth, found, *, where, by):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import scipy.signal
+from documents import numbers
 
 SPECTRA = "guide/spectra.md, What it was checked against"
 
@@ -24,6 +25,8 @@ def of_spectra(part):
         "tapers in segments": (["--multitaper", "2.5,4", "--segment", 512, "--overlap", 0], 6),
         "periodogram": (["--periodogram"], 9),
     }
+    sentence = "95 % intervals hold in # to # % of the cells, for tapers"
+    stated = tuple(share / 100 for share in numbers(SPECTRA, sentence))
     for name, (words, every) in methods.items():
         values, density = autoregressive(part.rng, times, sites)
         _, found = part.estimate("spectrum", part.field(values), *words)
@@ -33,7 +36,7 @@ def of_spectra(part):
         held = (found["low"][inside] <= truth) & (truth <= found["high"][inside])
         what = f"95 % intervals of spectra: {name}"
         by = "density of the noise put in"
-        part.covers(what, int(held.sum()), held.size, (0.948, 0.956), where=SPECTRA, by=by)
+        part.covers(what, int(held.sum()), held.size, stated, where=SPECTRA, by=by)
         if "jackknife_low" in found and name != "periodogram":
             held = (found["jackknife_low"][inside] <= truth) & (truth <= found["jackknife_high"][inside])
             what = f"95 % intervals by the jackknife: {name}"
@@ -158,7 +161,9 @@ def between_sites(part):
         cells[0] += int((one > summary["cell_level"]).sum())
         cells[1] += len(one)
     what = "cells without coupling above the level of bicoherence of 5 %"
-    part.covers(what, *cells, (0.048, 0.051), where=where, by="Gaussian noise")
+    sentence = "above the level of 5 %, three overlaps | # to # % |"
+    stated = tuple(share / 100 for share in numbers("accuracy.md", sentence))
+    part.covers(what, *cells, stated, where=where, by="Gaussian noise")
     what = "fields without coupling with any cell above the level of the map"
     part.covers(what, maps, records, (0.048, 0.06), where=where, by="Gaussian noise")
 

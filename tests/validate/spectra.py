@@ -7,11 +7,16 @@ import numpy as np
 import scipy.fft
 import scipy.interpolate
 import scipy.signal
+from documents import number
 from scipy.signal.windows import dpss
 
 ACCURACY = "accuracy.md, Spectra"
 ROBUST = "robustness.md, What the tests do"
 GUIDE = "guide/spectra.md"
+
+
+def of_the_peak():
+    return number(ACCURACY, "three independent fields, `f64` | # of the peak |")
 
 
 def random_field(rng, times, sites):
@@ -79,12 +84,14 @@ def whole_fields(part):
     by = "SciPy's transforms in 80-bit arithmetic"
     for name, apart in zip(("S(f, x)", "S(k, t)", "S(k, f)"), worst, strict=True):
         what = f"{name} of {len(shapes)} random fields, of the peak"
-        part.claim(what, 0.0, apart, 4e-15, where=ACCURACY, by=by)
-    part.claim("S(f, x) with --precision f32, of the peak", 0.0, single, 4e-7, where=ACCURACY, by=by)
+        part.claim(what, 0.0, apart, of_the_peak(), where=ACCURACY, by=by)
+    stated = number(ACCURACY, "the same in `f32` | # of the peak |")
+    part.claim("S(f, x) with --precision f32, of the peak", 0.0, single, stated, where=ACCURACY, by=by)
+    stated = number(ACCURACY, "Parseval's identity, all lengths tested | # |")
     what = "Parseval's identity: what the program states"
-    part.claim(what, 0.0, max(parseval), 4e-15, where=ACCURACY, by="mean square of the samples")
+    part.claim(what, 0.0, max(parseval), stated, where=ACCURACY, by="mean square of the samples")
     what = "Parseval's identity: the sum over S(f, x) of its arrays"
-    part.claim(what, 0.0, sums, 4e-15, where=ACCURACY, by="mean square of the samples, exactly summed")
+    part.claim(what, 0.0, sums, stated, where=ACCURACY, by="mean square of the samples, exactly summed")
 
 
 def small_fields(part):
@@ -114,7 +121,12 @@ def range_of_numbers(part):
     apart = np.abs(found["temporal_spectrum"] - line)[1:].max() / line[1:].max()
     what = "an offset of a billion times the signal costs no digits (f > 0, of the peak)"
     part.claim(
-        what, 0.0, float(apart), 4e-15, where=ACCURACY, by="80-bit arithmetic on the stored samples"
+        what,
+        0.0,
+        float(apart),
+        of_the_peak(),
+        where=ACCURACY,
+        by="80-bit arithmetic on the stored samples",
     )
     for power in (-1040, 1020):
         scaled = np.ldexp(field / np.abs(field).max(), power)
@@ -124,7 +136,7 @@ def range_of_numbers(part):
         shape = found["temporal_spectrum"].astype(np.longdouble)
         apart = np.abs(shape / shape.max() - truth / truth.max()).max()
         what = f"spectra of amplitudes near 2^{power}, of the peak"
-        part.claim(what, 0.0, float(apart), 4e-15, where=ACCURACY, by="80-bit arithmetic")
+        part.claim(what, 0.0, float(apart), of_the_peak(), where=ACCURACY, by="80-bit arithmetic")
         states = any(warning["code"] == "unrepresentable" for warning in summary["warnings"])
         part.same("their unit is stated by a warning", True, states, where=ACCURACY, by="the summary")
 
@@ -168,7 +180,10 @@ def resampled(part):
         with np.load(out) as stored:
             total += next(stored[name] for name in stored if stored[name].shape == field.shape)
     what = "sum of complementary filtered parts, of the largest sample"
-    part.claim(what, field, total, 2e-15, where=ACCURACY, by="the field", scale=np.abs(field).max())
+    stated = number(
+        ACCURACY, "sum of complementary filtered parts against the field | # of its largest sample"
+    )
+    part.claim(what, field, total, stated, where=ACCURACY, by="the field", scale=np.abs(field).max())
 
     out = part.folder / "round.nc"
     part.run("convert", path, out, "--force")
@@ -237,7 +252,8 @@ def averages(part):
             exact = mpmath.mpf(float(found["spectrum"][row, column])) * nu / quantile
             worst = max(worst, float(abs(mpmath.mpf(float(found[name][row, column])) / exact - 1)))
     what = "ends of chi-square intervals, relative"
-    part.claim(what, 0.0, worst, 4e-13, where=ACCURACY, by="mpmath, 40 digits")
+    stated = number(ACCURACY, "Fisher's distributions against mpmath | # |")
+    part.claim(what, 0.0, worst, stated, where=ACCURACY, by="mpmath, 40 digits")
 
     nw, k = 4, 7
     centred = field - field.mean(axis=0)

@@ -60,11 +60,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let panels = [
         panel(
-            "velocity, kappa = 2.398",
+            "velocity, κ = 2.398",
             "velocity (dimensionless)",
             velocities,
         ),
-        panel("force, kappa = 2.398", "force (dimensionless)", forces),
+        panel("force, κ = 2.398", "force (dimensionless)", forces),
     ];
     save("fig03_trailing_pulses", 2, &panels)
 }

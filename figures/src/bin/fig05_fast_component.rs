@@ -1,4 +1,4 @@
-//! The fast component in the stiff contacts at several orders: Figure 5 of the paper.
+//! The fast part of the exact waves in the stiff contacts, beside Figure 5 of the paper, which draws another.
 //!
 //! Equation: `[psi - ((F(t+h) + F(t-h))/2)^{2/3}] / eps`, psi at stiff and F at soft contacts of the
 //! localized waves, `eps = kappa^{-2/3}`: what the paper expands to first order, exactly.
@@ -6,8 +6,8 @@
 //! Shows: orders 2 to 7, time in cells.
 //! Asserts: as many maxima as the order says, counted on the drawn curve; evenness; that the curve
 //! ends where nothing is left, below 1e-8 of its largest value.
-//! Differs: the paper draws solutions of the equation of first order in eps, driven by a fitted slow
-//! wave, whose ratios are up to 42 % off (`table1_stiffness_ratios`).
+//! Differs: these are no solutions of the paper's equation 17, which it draws. That equation is of first order in
+//! eps and driven by a fitted slow wave; its ratios are up to 42 % off (`table1_stiffness_ratios`).
 
 use figures::{Panel, around, save};
 use wavecascade::localized::Family;

@@ -15,8 +15,9 @@
 
 use wavecascade::localized::{Family, Wave};
 use wavecascade::observer::Silent;
+use wavecascade::plot::{Look, PALETTE};
 
-use figures::{Curve, Outcome, Panel, around, experiment, save};
+use figures::{Curve, Outcome, Panel, around, experiment, save_as};
 
 /// Cylinders 25 and 26, and the contact between them, at 90 degrees in one holder.
 const PARTICLES: [usize; 2] = [25, 26];
@@ -57,12 +58,11 @@ fn main() -> Outcome<()> {
         let wave = waves.wave(order)?;
         let mut asymmetry = [[0.0; 2]; 2];
         let mut off = 0.0f64;
-        let (mut whole, mut close) = (Vec::<Curve>::new(), Vec::<Curve>::new());
+        let [mut whole, mut close, mut models] = [const { Vec::<Curve>::new() }; 3];
         let velocities = PARTICLES.map(|j| run.velocity.column(j).to_vec());
         let top = highest(&velocities[0]);
         for (which, v) in velocities.iter().enumerate() {
             let name = ["particle 25", "particle 26"][which];
-            let model = ["localized wave, 25", "localized wave, 26"][which];
             let curve = |from: f64, to: f64| -> Vec<(f64, f64)> {
                 let points = time.iter().copied().zip(v.iter().copied());
                 points.filter(|p| (from..=to).contains(&p.0)).collect()
@@ -89,8 +89,9 @@ fn main() -> Outcome<()> {
                 Wave::asymmetry(&wave.velocity[which]),
             ];
             close.push((name, near));
-            close.push((model, drawn));
+            models.push((["localized wave", ""][which], drawn));
         }
+        close.extend(models);
         println!(
             "{angle} degrees, kappa {kappa:.4}: {:.4} of the striker's energy passed with the pulse, \
              {behind:.2e} of what passed behind it; off the wave of order {order} by {off:.3} of the peak; \
@@ -104,19 +105,23 @@ fn main() -> Outcome<()> {
             asymmetry,
         });
         for (name, curves) in [("", whole), (", leading pulse", close)] {
-            let range = around(&curves);
             panels.push(Panel {
-                title: format!("first angle {angle}°, kappa = {kappa:.3}{name}"),
+                title: format!("first angle {angle}°, κ = {kappa:.3}{name}"),
                 x_label: "time since the impact (ms)",
                 y_label: "velocity (m/s)",
                 x: curves[0].1[0].0..curves[0].1[curves[0].1.len() - 1].0,
-                // Room for the names.
-                y: range.start..range.end + 0.6 * (range.end - range.start),
+                y: around(&curves),
                 curves,
             });
         }
     }
-    save("fig07_particle_velocities", 2, &panels)?;
+    save_as("fig07_particle_velocities", 2, &panels, |_, mut chart| {
+        // The waves are dashes over the particles, which they cover at 90 degrees.
+        for wave in chart.series.iter_mut().skip(2) {
+            (wave.look, wave.colour) = (Look::Dashed, PALETTE.len() - 1);
+        }
+        chart
+    })?;
 
     let near = |value: f64, expected: f64, within: f64| (value - expected).abs() < within;
     let [homogeneous, dispersive, localized] = &found[..] else {

@@ -20,31 +20,6 @@ if TYPE_CHECKING:
 
     Result = xr.Dataset | dict[str, Any]
 
-#: Dimensions of arrays that only have names, by the number of their axes and their first words.
-_NAMED: dict[str, tuple[str, ...]] = {
-    "kinetic_energy": ("time",),
-    "contact_energy": ("time",),
-    "lost_energy": ("time",),
-    "input_energy": ("time",),
-    "left_behind": ("time",),
-    "wavenumber_centroid": ("time",),
-    "low_wavenumber_energy": ("time",),
-    "band_edge_flux": ("time",),
-    "optical_energy": ("time",),
-    "optical_transfer": ("time",),
-    "low_frequency_passed": ("contact_position",),
-    "high_frequency_passed": ("contact_position",),
-    "scale_sigma": ("scale",),
-    "scale_cutoff_wavenumber": ("scale",),
-    "velocity": ("time", "position"),
-    "displacement": ("time", "position"),
-    "overlap": ("time", "contact_position"),
-    "force": ("time", "contact_position"),
-    "energy_flux": ("time", "contact_position"),
-    "energy_passed": ("time", "contact_position"),
-    "energy": ("time", "position"),
-}
-
 
 def _xarray() -> Any:
     try:
@@ -72,12 +47,8 @@ def warned(text: str) -> None:
 def _axes(
     name: str, axes: list[str], shape: tuple[int, ...], lengths: Mapping[str, int]
 ) -> tuple[str, ...]:
-    """The dimensions of an array: as they are stated, as its name has it, or of its own."""
-    if axes:
-        stated = tuple(axes)
-    else:
-        base = name.removesuffix("_error")
-        stated = _NAMED.get(name) or _NAMED.get(base) or (name,)
+    """The dimensions of an array: as they are stated, or of its own."""
+    stated = tuple(axes) or (name,)
     fits = len(stated) == len(shape) and all(
         lengths.get(axis, length) == length for axis, length in zip(stated, shape, strict=True)
     )

@@ -153,6 +153,7 @@ def plan(field: Any, **options: Unpack[AnalyzeOptions]) -> dict[str, Any]:
         return json.loads(_native.planned(opened, said))
 
 
+@documented
 def inspect(path: Any, *, channels: bool = False, **options: Unpack[OpenOptions]) -> dict[str, Any]:
     """What is in a file, and what of it would be taken for the field, as ``cascade inspect --json``.
 
@@ -170,11 +171,6 @@ def inspect(path: Any, *, channels: bool = False, **options: Unpack[OpenOptions]
     dict
         ``format``, ``attributes``, ``variables``, ``channels``, and ``field`` with its axes and notes, or
         with the ``error`` that keeps it from being one, and ``advice``.
-
-    Raises
-    ------
-    OSError
-        For a file that cannot be read.
     """
     paths = [os.fspath(path)] if is_path(path) else [os.fspath(one) for one in path]
     allowed = frozenset(OpenOptions.__annotations__) | _FIELD | {"channels"}
@@ -183,6 +179,7 @@ def inspect(path: Any, *, channels: bool = False, **options: Unpack[OpenOptions]
     )
 
 
+@documented
 def report(result: Any, path: str | os.PathLike[str]) -> None:
     """Write the interactive page of a result, which opens offline.
 
@@ -193,11 +190,6 @@ def report(result: Any, path: str | os.PathLike[str]) -> None:
         ``maps=False`` the page has no maps.
     path
         File to write, such as ``"out.html"``.
-
-    Raises
-    ------
-    ValueError
-        For a result that was changed or cut, or read from a file.
     """
     Path(path).write_text(_native.report(page_of(result)), encoding="utf-8")
 
@@ -305,6 +297,7 @@ def spatial_spectrum(field: Any, **options: Unpack[AnalyzeOptions]) -> xr.DataAr
     return _one_axis(field, "spatial", dict(options))
 
 
+@documented
 def open(path: Any, **options: Unpack[OpenOptions]) -> xr.DataArray:
     """A field from any file that the program reads, as DataArray ``(time, position)``.
 
@@ -320,13 +313,6 @@ def open(path: Any, **options: Unpack[OpenOptions]) -> xr.DataArray:
     -------
     xarray.DataArray or dict
         Samples in single or double precision, as the file has them, with coordinates and units.
-
-    Raises
-    ------
-    OSError
-        For a file that cannot be read, or is not what its format promises.
-    ValueError
-        For an option that does not apply.
     """
     paths = [os.fspath(path)] if is_path(path) else [os.fspath(one) for one in path]
     allowed = frozenset(OpenOptions.__annotations__) | _FIELD
@@ -334,6 +320,7 @@ def open(path: Any, **options: Unpack[OpenOptions]) -> xr.DataArray:
         return dataarray(_native.open(paths, words("analyze", dict(options), allowed, paths)))
 
 
+@documented
 def filter(field: Any, *, progress: Progress = None, **options: Unpack[FilterOptions]) -> xr.DataArray:
     """The part of a field in a band, at a speed, or in a direction of travel.
 
@@ -357,11 +344,6 @@ def filter(field: Any, *, progress: Progress = None, **options: Unpack[FilterOpt
         A field with the dimensions, coordinates and attributes of ``field``, so that
         ``da - da.cascade.filter(...)`` is what was removed. The energy before and after, sum of v^2, are
         attributes.
-
-    Raises
-    ------
-    ValueError
-        For bands that do not fit.
     """
     found = over(lambda one: _filtered(one, dict(options), progress), field, options)
     known = None if is_path(field) or is_dataset(field) else labelled(field)

@@ -15,6 +15,7 @@ from wavecascade import _native
 from wavecascade._arrays.fields import is_path, source
 from wavecascade._arrays.results import dataset, frame, hold, summary_attrs, warn
 from wavecascade._arrays.runs import run_of, seal
+from wavecascade._commands.documented import documented
 from wavecascade._keywords.advice import advising
 from wavecascade._keywords.options import (
     BudgetOptions,
@@ -36,6 +37,7 @@ from wavecascade._keywords.scene import (
 from wavecascade._keywords.words import Progress, measured, observed, one_word, words
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 Scene = Mapping[str, object] | str | os.PathLike[str] | None
@@ -86,6 +88,7 @@ def _merged(scene: Scene, keys: dict[str, Any], own: frozenset[str]) -> tuple[Sc
     return {**base, **of_scene}, rest
 
 
+@documented
 def simulate(
     scene: Scene = None,
     *,
@@ -104,8 +107,6 @@ def simulate(
         Keys of a scene as a dictionary, or the path of a scene file.
     gradient
         Keys with respect to which derivatives of the run are returned: ``["young", "mass_cell[1]"]``.
-    progress
-        As for :func:`analyze`.
     **keys
         Keys of the scene, over those of ``scene``: ``sites=40, stiffness_ratio=4.9``. ``cascade
         scene`` prints all.
@@ -121,11 +122,6 @@ def simulate(
         ``(parameter, time, position)``, per unit of each key, and ``gradient_error`` ``(parameter)``,
         over the largest derivative. The scene and the report of the run are attributes. :func:`budget`,
         :func:`compare` and :func:`triads` take it as it is, also from a file of ``to_netcdf``.
-
-    Raises
-    ------
-    ValueError
-        For keys that are invalid or contradict each other.
     """
     scene, rest = _merged(scene, dict(keys), frozenset())
     text, file = _scene(scene)
@@ -139,6 +135,7 @@ def simulate(
     return seal(run)
 
 
+@documented
 def budget(
     run: Any, scene: Scene = None, *, progress: Progress = None, **options: Unpack[BudgetOptions]
 ) -> xr.Dataset:
@@ -151,8 +148,6 @@ def budget(
         run file; with ``scene``, a measured field of velocities as for :func:`analyze`.
     scene
         The chain that a measured field is a record of.
-    progress
-        As for :func:`analyze`.
     **options
         The options of ``cascade budget``: ``only``, ``filter``, ``scales``, ``band_edge_frequency``,
         and for a measured field ``start``, ``noise``, ``gain_error``, and how it is read.
@@ -173,11 +168,6 @@ def budget(
         ``scale_cutoff_wavenumber``. Of a measured field also ``velocity``, ``displacement``,
         ``overlap``, ``force``, and errors of all as ``..._error``. By how much each budget fails to
         close is the attribute ``closure``.
-
-    Raises
-    ------
-    ValueError
-        For options that do not fit, or a dataset that is no run.
     """
     typed: dict[str, Any] = dict(options)
     text, file = _scene(scene)
@@ -204,9 +194,10 @@ def budget(
     return out
 
 
+@documented
 def compare(
     first: Any, second: Any, *, progress: Progress = None, **options: Unpack[CompareOptions]
-) -> Any:
+) -> pd.DataFrame | xr.Dataset:
     """The energy budgets of two runs, or a measured field against a run at its places and times.
 
     Parameters
@@ -216,8 +207,6 @@ def compare(
     second
         A run; beside a field also keys of a scene as a dictionary, or the path of a scene. Of two runs,
         edges and windows that are chosen for the first hold for both.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade compare``; of runs ``only``, ``filter``, ``scales`` and so on; of a field
         ``bodies=[3, 7, 11]``, ``within="5%"``, ``threads``, and how it is read.
@@ -230,14 +219,6 @@ def compare(
         ``measured``, ``run``, ``residual`` ``(time, body)``; ``arrival_measured``, ``arrival_run``,
         ``peak_measured``, ``peak_run`` ``(body)``; ``energy_ratio_low``, ``energy_ratio_high``,
         ``correlation`` ``(band)``; the attribute ``answer`` says where they agree and where they part.
-
-    Raises
-    ------
-    ValueError
-        For options that do not fit, runs that do not compare, records that are not of the chain, or a
-        dataset that is no run.
-    OSError
-        For a file that cannot be read.
     """
     handle = None if is_path(first) else run_of(first)
     if handle is None and not (is_path(first) and _native.is_run_file(os.fspath(first))):
@@ -308,6 +289,7 @@ def _leaves(tree: Any, path: str = "") -> Iterator[tuple[str, float]]:
         yield path, tree
 
 
+@documented
 def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptions]) -> xr.Dataset:
     """Which wavenumbers feed which: transfers by triads k = p + q, where the law is quadratic.
 
@@ -318,8 +300,6 @@ def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptio
     ----------
     run
         What :func:`simulate` returned, or the path of a run file.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade triads``: ``window_samples=(first, end)``, ``memory``, ``threads``.
 
@@ -329,13 +309,6 @@ def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptio
         ``transfer`` and on a lattice ``umklapp`` ``(wavenumber, partner)``; ``gained``, ``change``,
         ``flux`` ``(wavenumber)``; ``flux_of_group`` ``(group, wavenumber)``. What the triads say is in
         attributes.
-
-    Raises
-    ------
-    ValueError
-        For a law without a quadratic term, options that do not fit, or a dataset that is no run.
-    OSError
-        For a file that cannot be read.
     """
     typed: dict[str, Any] = dict(options)
     handle = None if is_path(run) else run_of(run)
@@ -347,6 +320,7 @@ def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptio
     return _made(found)
 
 
+@documented
 def fit(
     field: Any,
     scene: Scene,
@@ -369,8 +343,6 @@ def fit(
     free
         Keys to fit, as ``"young=50GPa..90GPa"``, a list of them, or ``{"young": (50e9, 90e9)}`` with None
         for keys without bounds.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade fit``: ``bodies=[3, 7, 11]``, ``free_time_shift``, ``free_gains``,
         ``gain_error``, ``starts``, ``seed``, ``threads``, and how the field is read.
@@ -382,13 +354,6 @@ def fit(
         ``(parameter)``, ``correlation`` ``(parameter, other)``; ``residual_spectrum`` ``(frequency)``.
         The values with their names are the attribute ``values``; ``misfit``, ``undetermined``, ``answer``
         beside it.
-
-    Raises
-    ------
-    ValueError
-        For keys that cannot be fitted, records that are not of the chain, and too few samples.
-    OSError
-        For a file that cannot be read.
     """
     typed: dict[str, Any] = {**options, "free": _free(free)}
     own = frozenset(FitOptions.__annotations__) | {"free"}
@@ -406,6 +371,7 @@ def _free(free: str | Sequence[str] | Mapping[str, Any]) -> str | Sequence[str]:
     return [key if bounds is None else f"{key}={'..'.join(bounds)}" for key, bounds in ends]
 
 
+@documented
 def design(
     scene: Scene,
     *,
@@ -422,8 +388,6 @@ def design(
     free
         Keys to vary, as ``"angle=2..90"``, ``"radius=5mm|10mm"``, ``"coefficients[]=0.2..5"``, a list
         of them, or ``{"angle": (2, 90)}``.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade design``: ``minimize="peak_force_last"`` or ``maximize``,
         ``at_most="total_mass=0.5"``, ``tolerance="coefficients=10%"``, ``judge``, ``members``,
@@ -435,15 +399,11 @@ def design(
         ``search`` and ``random``, the best measure after so many tries; ``time_after``,
         ``force_after``, and the same ``before``; ``value_after`` ``(key)``. The values with their names
         are the attribute ``values``, the scene found is ``scene``; ``answer`` beside it.
-
-    Raises
-    ------
-    ValueError
-        For keys that cannot be searched, and a scene whose own run does not tell the measure.
     """
     return _of_scene("design", scene, free, dict(options), DesignOptions, progress)
 
 
+@documented
 def plan_sensors(
     scene: Scene,
     *,
@@ -465,8 +425,6 @@ def plan_sensors(
         Keys to determine, as for :func:`fit`.
     sensors
         Number of bodies, or of forces contacts, that are measured.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade plan``: ``noise="2%"`` or a value, ``quantity``, ``bodies``,
         ``free_time_shift``, ``free_gains``, ``gain_error``, ``rate``, ``criterion``, ``threads``.
@@ -478,11 +436,6 @@ def plan_sensors(
         ``error_by_time`` ``(time, key)``, ``error_by_rate`` ``(rate, key)``; ``information``
         ``(body, key)``. The chosen ``bodies``, ``duration``, ``sampling_rate`` and ``keys`` are
         attributes, ``answer`` beside them.
-
-    Raises
-    ------
-    ValueError
-        For keys that cannot be fitted, and more sensors than bodies.
     """
     typed: dict[str, Any] = {**options, "sensors": sensors}
     return _of_scene("plan", scene, free, typed, PlanOptions, progress)
@@ -511,13 +464,14 @@ def _number(text: str) -> Any:
         return text
 
 
+@documented
 def sweep(
     scene: Scene = None,
     *,
     vary: Mapping[str, object] | str | Sequence[str] | None = None,
     progress: Progress = None,
     **keys: Unpack[SweepOptions],
-) -> Any:
+) -> pd.DataFrame:
     """Simulate all combinations of parameter values in parallel, to one table.
 
     Parameters
@@ -527,8 +481,6 @@ def sweep(
     vary
         Values of keys: ``{"stiffness_ratio": [1, 2, 4.9]}``, or as for the program,
         ``"stiffness_ratio=1:120:400log"``. The last key is the fastest.
-    progress
-        As for :func:`analyze`.
     **keys
         Keys of the scene; ``members=50``, an ensemble of so many seeds at each combination;
         ``threads``; ``out``, a directory in which finished members are kept, so that an interrupted
@@ -540,11 +492,6 @@ def sweep(
         A row for each member: the keys and the columns of ``table.csv``. ``failure`` says why a
         member has no result. ``attrs["ensembles"]`` holds, where the seed varies, the spread of each
         column at each combination of the other keys.
-
-    Raises
-    ------
-    ValueError
-        For keys or values that are invalid.
     """
     scene, rest = _merged(scene, dict(keys), _SWEEP)
     text, file = _scene(scene)
@@ -570,13 +517,14 @@ def _table(text: str) -> dict[str, Any]:
     return {name: np.asarray([_number(row[i]) for row in cells]) for i, name in enumerate(header)}
 
 
-def localize(*, progress: Progress = None, **options: Unpack[LocalizeOptions]) -> Any:
+@documented
+def localize(
+    *, progress: Progress = None, **options: Unpack[LocalizeOptions]
+) -> pd.DataFrame | xr.Dataset:
     """The ratios at which a dimer carries a localized wave that sheds no energy, and the wave.
 
     Parameters
     ----------
-    progress
-        As for :func:`analyze`.
     **options
         The options of ``cascade localize``: ``order=range(1, 9)`` or ``"1..8"``, ``alternation``,
         ``exponent``, ``direct=True``; ``profile=2`` for the wave of that order, ``launch=2`` for its
@@ -586,11 +534,6 @@ def localize(*, progress: Progress = None, **options: Unpack[LocalizeOptions]) -
     -------
     pandas.DataFrame, or xarray.Dataset for one wave
         The table of orders, or the arrays of ``wave.npz`` or ``launch.npz``.
-
-    Raises
-    ------
-    ValueError
-        For options that do not fit, and a wave that is not found.
     """
     said = words("localize", dict(options), frozenset(LocalizeOptions.__annotations__))
     found = _native.found(said, observed(progress))
@@ -602,20 +545,19 @@ def localize(*, progress: Progress = None, **options: Unpack[LocalizeOptions]) -
     return out
 
 
+@documented
 def attenuate(
     scenes: Scene | Sequence[str | os.PathLike[str]] = None,
     *,
     progress: Progress = None,
     **keys: Unpack[AttenuateOptions],
-) -> Any:
+) -> pd.DataFrame:
     """Follow the pulse of a struck chain against its length, or to the wall against a key of its scene.
 
     Parameters
     ----------
     scenes
         Paths of scene files to compare, or keys of one scene.
-    progress
-        As for :func:`analyze`.
     **keys
         The options of ``cascade attenuate``: ``angles``, ``ratios=[4.9]``, ``bodies``, ``sense``,
         ``target``; ``against="stiffness_ratio=1:100:45log"`` with ``vary`` and ``no_extremes=True``;
@@ -626,11 +568,6 @@ def attenuate(
     -------
     pandas.DataFrame or dict
         The columns of ``curves.csv``; ``summary.json`` is the attribute ``summary``.
-
-    Raises
-    ------
-    ValueError
-        For options or keys that do not fit.
     """
     text = None
     if scenes is None or isinstance(scenes, (str, os.PathLike, Mapping)):

@@ -1,8 +1,9 @@
-"""Docstrings of functions of fields: what all of them say is written here."""
+"""Docstrings of functions: what all of them say is written here."""
 
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -16,20 +17,21 @@ _RAISES = """
 Raises
 ------
 ValueError
-    For options or samples that do not fit.
+    For options, keys or samples that do not fit.
 OSError
     For a file that cannot be read."""
 
 
 def documented(function: F) -> F:
-    """Adds the errors to a docstring, and the parameters ``field`` and ``progress`` where it has none."""
+    """Adds to a docstring what it leaves out: ``field``, ``progress`` and the errors."""
     text = inspect.getdoc(function)
     # There is none under `python -OO`.
     if text is not None:
         summary, sections = text.split(_PARAMETERS)
-        if not sections.startswith("field\n"):
+        names = inspect.signature(function).parameters
+        if "field" in names and not sections.startswith("field"):
             sections = _FIELD + sections
-        if "\nprogress\n" not in sections:
-            sections = sections.replace("\n**options\n", f"\n{_PROGRESS}**options\n")
+        if "progress" in names and not re.search(r"^progress$", sections, re.MULTILINE):
+            sections = re.sub(r"^(?=\*\*)", _PROGRESS, sections, count=1, flags=re.MULTILINE)
         function.__doc__ = summary + _PARAMETERS + sections + _RAISES
     return function

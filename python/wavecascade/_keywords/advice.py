@@ -21,6 +21,8 @@ def advising(allowed: Collection[str], opened: object) -> Iterator[None]:
     except Exception as error:
         if hasattr(error, "__notes__"):
             error.__notes__ = [note for note in error.__notes__ if _is_taken(note, taken)]
+        if "found a Zarr store" in str(error):
+            error.add_note("open it with xarray.open_zarr(path), and give one of its DataArrays")
         raise
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from itertools import pairwise
-from typing import Any, Unpack, get_args
+from typing import TYPE_CHECKING, Any, Unpack, get_args
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from wavecascade._large.tasks import (
     sums_at_hand,
     work_of,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Sites that the library sums together.
 _TOGETHER = 8
@@ -52,7 +55,7 @@ def averaged(
     *,
     reference: int | Any = None,
     **options: Unpack[DividedOptions],
-) -> Any:
+) -> xr.Dataset:
     """Averages over the segments of a Dask array, lazy: one task a chunk, then their sums.
 
     As :func:`wavecascade.spectrum` with ``no_jackknife=True`` or :func:`wavecascade.coherence`, but for

@@ -142,7 +142,7 @@ def ready() -> int:
 
     import wavecascade.fft
 
-    wavecascade.fft.r2c(np.zeros((8, 8)))
+    wavecascade.fft.rfft(np.zeros((8, 8)), axis=0)
     del zarr
     return _resident()
 
