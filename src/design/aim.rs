@@ -187,9 +187,6 @@ fn share_above(force: &[f64], dt: f64, edge: f64) -> Option<f64> {
     (all > 0.0).then(|| above / all)
 }
 
-/// Share of a limit by which rounding exceeds it.
-const ROUNDING: f64 = 1e-12;
-
 /// A measure that must not exceed a value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
@@ -198,12 +195,6 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// By how much it is exceeded, relative to it, beyond rounding; 0 where that is not known.
-    pub(super) fn over(self, known: f64) -> f64 {
-        let over = (known - self.most) / self.most.abs().max(f64::MIN_POSITIVE);
-        if over > ROUNDING { over } else { 0.0 }
-    }
-
     /// From `total_mass=0.5`, in the units of the scene.
     ///
     /// # Errors

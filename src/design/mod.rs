@@ -144,8 +144,7 @@ impl DesignRequest {
         let units = scene.setup().map_err(|error| scene.locate(error))?.units;
         let start = space.start();
         // What is wrong with the scene or its run is said here.
-        let own = space.of_scene();
-        let before = self.shown(scene, scene, &space, own, observer)?;
+        let before = self.shown(scene, &space, &start, observer)?;
         let mut trial = Trial {
             request: self,
             scene,
@@ -153,7 +152,6 @@ impl DesignRequest {
             observer,
             size: 0.0,
             best: None,
-            nearest: None,
             course: Vec::new(),
             untold: 0,
             beyond: 0,
@@ -164,12 +162,9 @@ impl DesignRequest {
             n => 100 + 60 * n,
         });
         observer.stage("designs", 2 * (tries * space.members()) as u64);
-        trial.judged(std::slice::from_ref(&start))?;
-        let each = [before.measure]
-            .into_iter()
-            .chain(before.members.iter().map(|m| Some(*m)));
-        let first = self.counted(&each.collect::<Vec<_>>());
-        if !first.is_finite() {
+        let begun = trial.judged(std::slice::from_ref(&start))?[0];
+        let first = trial.best.as_ref().map_or(f64::INFINITY, |(best, _)| *best);
+        if !begun.is_finite() {
             let option = if self.is_most { "maximize" } else { "minimize" };
             let expected = "a scene whose run tells the measure";
             let found = "none: a later end_time or more samples may show it";
@@ -190,39 +185,20 @@ impl DesignRequest {
         search::random(dimensions, tries, self.seed, &mut |points| {
             trial.judged(points)
         })?;
-        let (untold, beyond, nearest) = (trial.untold, trial.beyond, trial.nearest.take());
+        let (untold, beyond) = (trial.untold, trial.beyond);
         let (tried, random) = trial.restart();
         let value = |found: &Option<(f64, Vec<f64>)>| found.as_ref().map_or(f64::INFINITY, |f| f.0);
         let is_random = value(&tried) < value(&searched);
         let Some((best, point)) = (if is_random { tried } else { searched }) else {
-            let Some((_, limits)) = nearest else {
-                let expected = "keys for which a run tells the measure";
-                return Err(Error::request("free", expected, "none among all tries"));
-            };
-            let unmet = self
-                .limits
-                .iter()
-                .zip(limits)
-                .find(|(limit, least)| limit.over(*least) > 0.0);
-            let (name, least) =
-                unmet.map_or_else(Default::default, |(limit, least)| (limit.aim.name(), least));
-            let expected = format!(
-                "limits that a design within the bounds keeps: {name} is {least} where it is nearest to that"
-            );
-            return Err(Error::request(
-                "at-most",
-                expected,
-                format!("none in {} tries", 2 * tries),
-            ));
+            let expected = "keys for which a run tells the measure";
+            return Err(Error::request("free", expected, "none among all tries"));
         };
         let sign = |value: f64| match (value.is_infinite(), self.is_most) {
             (true, _) => f64::NAN,
             (false, true) => -value,
             (false, false) => value,
         };
-        let values = space.values(&point);
-        let made = scene.with(space.settings(&values, 0));
-        let after = self.shown(scene, &made, &space, values, observer)?;
+        let after = self.shown(scene, &space, &point, observer)?;
         let keys = space.free.iter().map(|free| DesignKey {
             name: free.key.name.clone(),
             unit: free.key.unit.clone(),
@@ -243,29 +219,28 @@ impl DesignRequest {
                 (false, false) => "evolution",
             },
             units,
-            scene: made.whole_text()?,
+            scene: scene.with(space.settings(&after.values, 0)).whole_text()?,
             before,
             after,
             request: self.clone(),
         })
     }
 
-    /// A design, made of a scene, with the accuracy of that, and its members. Of values that a scene does not state there are
-    /// none.
+    /// A design with the accuracy of its scene, and its members.
     fn shown(
         &self,
         scene: &SceneSource,
-        made: &SceneSource,
         space: &Space,
-        values: Vec<f64>,
+        point: &[f64],
         observer: &dyn Observer,
     ) -> Result<Design> {
-        let mut simulation = made.setup()?.simulation;
+        let values = space.values(point);
+        let mut simulation = scene.with(space.settings(&values, 0)).setup()?.simulation;
         simulation.record = self.aim.needs();
         let run = simulation.run(&CancelOnly(observer))?;
-        let is_whole = values.iter().all(|value| value.is_finite());
-        let members = (1..space.members()).filter(|_| is_whole);
-        let members: Vec<(&[f64], usize)> = members.map(|member| (&values[..], member)).collect();
+        let members: Vec<(&[f64], usize)> = (1..space.members())
+            .map(|member| (&values[..], member))
+            .collect();
         let told = self.told(scene, space, &members, &CancelOnly(observer))?;
         let members = told.iter().filter_map(|(measure, _)| *measure).collect();
         Ok(Design {
@@ -294,17 +269,16 @@ impl DesignRequest {
                 Some((i, self.quick(setup.simulation)))
             });
         let (places, simulations): (Vec<usize>, Vec<Simulation>) = with_run.unzip();
-        let told = Mutex::new(vec![Told::default(); designs.len()]);
+        let told = Mutex::new(vec![(None, 0.0); designs.len()]);
         run_each(
             &simulations,
             &CancelOnly(observer),
             &|i, run: Result<Run>| {
                 if let Ok(run) = run {
                     let measure = self.aim.of_run(&run);
-                    let limits = self.limits.iter();
-                    let limits = limits.map(|limit| limit.aim.of_run(&run).unwrap_or(f64::NAN));
+                    let excess = self.excess(|aim| aim.of_run(&run));
                     told.lock().unwrap_or_else(PoisonError::into_inner)[places[i]] =
-                        (measure, limits.collect());
+                        (measure, excess);
                 }
                 observer.advance(1);
             },
@@ -324,20 +298,28 @@ impl DesignRequest {
     }
 
     /// What counts of a design by its members, smaller ones better; infinite if one does not tell.
-    fn counted(&self, members: &[Option<f64>]) -> f64 {
+    fn counted(&self, members: impl ExactSizeIterator<Item = Option<f64>>) -> f64 {
+        let number = members.len() as f64;
         let sign = if self.is_most { -1.0 } else { 1.0 };
-        let each = members
-            .iter()
-            .map(|measure| measure.map_or(f64::INFINITY, |m| sign * m));
+        let each = members.map(|measure| measure.map_or(f64::INFINITY, |m| sign * m));
         match self.judge {
             Judge::Worst => each.fold(f64::NEG_INFINITY, f64::max),
-            Judge::Mean => each.sum::<f64>() / members.len() as f64,
+            Judge::Mean => each.sum::<f64>() / number,
         }
+    }
+
+    /// By how much limits are exceeded, relative to them.
+    fn excess(&self, known: impl Fn(Aim) -> Option<f64>) -> f64 {
+        let over = self.limits.iter().filter_map(|limit| {
+            let over = (known(limit.aim)? - limit.most) / limit.most.abs().max(f64::MIN_POSITIVE);
+            (over > 0.0).then_some(over)
+        });
+        over.sum()
     }
 }
 
-/// What one run tells: the measure, and what limits are of; nothing where there is no run.
-type Told = (Option<f64>, Vec<f64>);
+/// What one run tells: the measure, and by how much it exceeds limits.
+type Told = (Option<f64>, f64);
 
 /// Designs that are tried.
 struct Trial<'a> {
@@ -348,8 +330,6 @@ struct Trial<'a> {
     /// Of the first measure.
     size: f64,
     best: Option<(f64, Vec<f64>)>,
-    /// The least by which limits were exceeded, and what they are of there.
-    nearest: Option<(f64, Vec<f64>)>,
     /// The best so far after each try.
     course: Vec<f64>,
     untold: usize,
@@ -380,23 +360,11 @@ impl Trial<'_> {
         Ok(values.collect())
     }
 
-    /// The value of a design, and by how much it exceeds limits, relative to them.
+    /// The value of a design, and by how much it exceeds limits.
     fn value(&mut self, told: &[Told]) -> (f64, f64) {
-        let measures: Vec<Option<f64>> = told.iter().map(|(measure, _)| *measure).collect();
-        let value = self.request.counted(&measures);
-        let over = |(_, known): &Told| -> f64 {
-            let limits = self.request.limits.iter().zip(known);
-            limits.map(|(limit, known)| limit.over(*known)).sum()
-        };
-        let excess: f64 = told.iter().map(over).sum();
-        let is_nearer = self
-            .nearest
-            .as_ref()
-            .is_none_or(|(least, _)| excess < *least);
-        if excess > 0.0 && is_nearer {
-            let worst = told.iter().max_by(|a, b| over(a).total_cmp(&over(b)));
-            self.nearest = worst.map(|(_, known)| (excess, known.clone()));
-        }
+        let excess: f64 = told.iter().map(|(_, excess)| excess).sum();
+        let measures = told.iter().map(|(measure, _)| *measure);
+        let value = self.request.counted(measures);
         if self.size == 0.0 && value.is_finite() {
             self.size = value.abs();
         }

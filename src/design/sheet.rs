@@ -4,24 +4,37 @@ use serde_json::json;
 
 use super::{Design, DesignKey, Designed, Judge};
 use crate::chain::scene::Units;
-use crate::numeric::sorted;
 use crate::sheet::{
-    BLUE, Chart, Describe, Level, Look, PlotRow, Series, Sheet, Table, VERMILLION, listed, number,
+    BLUE, Chart, Describe, GREEN, Level, Look, PlotRow, Series, Sheet, Table, VERMILLION, number,
     percent, with_unit,
 };
 use crate::unit::label;
 
 /// Keys that the terminal names.
 const NAMED: usize = 4;
+/// Part of the tries at the end, in which a search that has settled gains less than a share.
+const LAST: f64 = 0.2;
+const SETTLED: f64 = 0.01;
 /// Gains below this share are none.
 const LEAST_GAIN: f64 = 1e-6;
 
-const DEFINITIONS: &str = "\
-    random tries: As many designs, drawn evenly within the bounds: what a search must beat.";
+const DEFINITIONS: [[&str; 2]; 2] = [
+    [
+        "random tries",
+        "As many designs, drawn evenly within the bounds: what a search must beat.",
+    ],
+    [
+        "judged value",
+        "Without tolerances the measure; with them that of the worst design within, or their mean, as asked.",
+    ],
+];
 
 impl Describe for Designed {
     fn describe(&self) -> Sheet<'_> {
         let mut sheet = Sheet {
+            name: "design",
+            version: 1,
+            title: "Designed chain".into(),
             about: format!(
                 "{} made {} by {} key{}, in {} tries by {} and as many at random",
                 self.request.aim.words(),
@@ -33,19 +46,29 @@ impl Describe for Designed {
             ),
             answer: self.answer(),
             tables: vec![self.table()],
-            ..Sheet::of("design", "Designed chain", DEFINITIONS)
+            definitions: DEFINITIONS.to_vec(),
+            ..Sheet::default()
         };
         let unit = self.unit();
+        let [search, random] = [&self.search, &self.random].map(|course| self.shown(last(course)));
+        sheet.fact(
+            "search",
+            format!("{}: {search}; random tries {random}", self.method),
+        );
         if !self.after.members.is_empty() {
             let [after, before] = [&self.after, &self.before].map(spread);
-            let before = before.map_or_else(String::new, |before| format!("; before {before}"));
-            sheet.fact("tolerances", after.unwrap_or_default() + &before);
+            sheet.fact("tolerances", format!("{after}; before {before}"));
         }
-        let at_bounds: Vec<String> = self.at_bounds().map(str::to_owned).take(NAMED).collect();
+        let at_bounds: Vec<&str> = self.at_bounds().collect();
         if !at_bounds.is_empty() {
+            let named = at_bounds[..NAMED.min(at_bounds.len())].join(", ");
+            let more = match at_bounds.len().saturating_sub(NAMED) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
             sheet.fact(
                 "at bounds",
-                format!("{}: wider ones may do better", listed(&at_bounds)),
+                format!("{named}{more}: wider ones may do better"),
             );
         }
         self.warnings(&mut sheet);
@@ -87,9 +110,16 @@ impl Describe for Designed {
         sheet
     }
 
-    /// The course of the search; the pulse before and after.
+    /// The course of the search; the pulse before and after; values within their bounds; members in order.
     fn pictures(&self) -> Vec<PlotRow> {
-        PlotRow::grid(2, [self.course(), self.pulses()])
+        let mut charts = vec![self.course(), self.pulses()];
+        if self.keys.len() > 1 {
+            charts.push(self.values_chart());
+        }
+        if !self.after.members.is_empty() {
+            charts.push(self.members_chart());
+        }
+        PlotRow::grid(2, charts)
     }
 }
 
@@ -102,12 +132,18 @@ fn tries(course: &[f64]) -> Vec<f64> {
     (0..course.len()).map(|i| i as f64).collect()
 }
 
-/// Ends and median of the members; `None` without.
-fn spread(design: &Design) -> Option<String> {
-    let sorted = sorted(design.members.iter().copied());
-    let last = sorted.len().checked_sub(1)?;
-    let [low, middle, high] = [0, last.div_ceil(2), last].map(|at| number(sorted[at]));
-    Some(format!("{low} to {high}, median {middle}"))
+/// Ends and median of the members.
+fn spread(design: &Design) -> String {
+    let sorted = sorted(design);
+    let [low, middle, high] = [0.0, 0.5, 1.0]
+        .map(|share| number(sorted[((sorted.len() - 1) as f64 * share).round() as usize]));
+    format!("{low} to {high}, median {middle}")
+}
+
+fn sorted(design: &Design) -> Vec<f64> {
+    let mut sorted = design.members.clone();
+    sorted.sort_by(f64::total_cmp);
+    sorted
 }
 
 impl Designed {
@@ -152,17 +188,15 @@ impl Designed {
             let stays = self.shown(before);
             return format!("no design does better than the scene: {what} stays {stays}");
         }
-        let (verb, side) = if after < before {
-            ("falls", "less")
-        } else {
-            ("rises", "more")
+        let share = percent(self.change().abs());
+        let change = match before.is_nan() || before == 0.0 {
+            true => "the scene exceeds a limit".to_owned(),
+            false if after < before => format!("{share} less"),
+            false => format!("{share} more"),
         };
-        let is_better = (after < before) != self.request.is_most;
-        let change = match (is_better, before == 0.0) {
-            // Only limits make the best design a worse one.
-            (false, _) => "which the limits take".to_owned(),
-            (true, true) => "the scene has none".to_owned(),
-            (true, false) => format!("{} {side}", percent(self.change().abs())),
+        let verb = match after < before || before.is_nan() {
+            true => "falls",
+            false => "rises",
         };
         let found = match self.is_random {
             true => "a random try found it, the search did not".to_owned(),
@@ -192,6 +226,30 @@ impl Designed {
     }
 
     fn warnings(&self, sheet: &mut Sheet) {
+        let n = self.search.len();
+        let begin = self.search[((1.0 - LAST) * n as f64) as usize];
+        let gained = (begin - last(&self.search)).abs();
+        if !self.is_random && self.keys.len() > 1 && gained > SETTLED * last(&self.search).abs() {
+            sheet.warn(
+                format!(
+                    "the search still gains {} in its last fifth",
+                    percent(gained / last(&self.search).abs())
+                ),
+                "allow more `--tries`",
+            );
+        }
+        if self.is_random {
+            sheet.warn(
+                "random tries found a better design than the search",
+                "allow more `--tries`, or narrow the bounds",
+            );
+        }
+        if self.untold > 0 {
+            sheet.warn(
+                format!("the runs of {} tries do not tell the measure", self.untold),
+                "a later `end_time` or more `samples` may show it",
+            );
+        }
         if self.after.error.is_some_and(|error| error > 0.01) {
             sheet.warn(
                 "the chain found amplifies rounding: its run is not the only one",
@@ -208,11 +266,7 @@ impl Designed {
                 n => format!("{n} values, {low} to {high}"),
             };
             let name = label(&key.name, &key.unit);
-            let before = match before.is_nan() {
-                true => "not stated".into(),
-                false => number(before),
-            };
-            vec![name, before, number(after), bounds]
+            vec![name, number(before), number(after), bounds]
         });
         let table = Table::of("Values", &["key", "scene", "design", "bounds"], rows);
         match self.keys.len() <= NAMED {
@@ -258,6 +312,56 @@ impl Designed {
                 Series::of("scene", VERMILLION, &self.before.time, &self.before.force)
                     .with(Look::Dashed),
                 Series::of("design", BLUE, &self.after.time, &self.after.force),
+            ],
+        )
+    }
+
+    /// Values along a list that is free as a whole; of different keys, their places between the bounds.
+    fn values_chart(&self) -> Chart {
+        let list = |key: &DesignKey| key.name.split('[').next().unwrap_or_default().to_owned();
+        let (first, unit) = (list(&self.keys[0]), &self.keys[0].unit);
+        let mut keys = self.keys.iter();
+        let is_one = keys.all(|key| list(key) == first && key.unit == *unit);
+        let of = |values: &[f64]| -> Vec<(f64, f64)> {
+            let place = |(key, value): (&DesignKey, &f64)| match is_one {
+                true => *value,
+                false => (value - key.bounds[0]) / (key.bounds[1] - key.bounds[0]),
+            };
+            let places = self.keys.iter().zip(values).map(place);
+            places.enumerate().map(|(i, v)| (i as f64, v)).collect()
+        };
+        let (abscissa, ordinate) = match is_one {
+            true => ("entry", label(&first.replace('_', " "), unit)),
+            false => (
+                "key, by its row in the table",
+                "share of the way from bound to bound".into(),
+            ),
+        };
+        Chart::of(
+            "Values",
+            abscissa,
+            ordinate,
+            vec![
+                Series::line("scene", VERMILLION, of(&self.before.values)).with(Look::Dashed),
+                Series::line("design", BLUE, of(&self.after.values)),
+            ],
+        )
+    }
+
+    fn members_chart(&self) -> Chart {
+        let of = |design: &Design| -> Vec<(f64, f64)> {
+            let sorted = sorted(design);
+            let share = |i: usize| 100.0 * (i as f64 + 0.5) / sorted.len() as f64;
+            let places = sorted.iter().enumerate();
+            places.map(|(i, value)| (share(i), *value)).collect()
+        };
+        Chart::of(
+            "Within the tolerances, in order",
+            "share of members (%)",
+            self.label(),
+            vec![
+                Series::line("scene", VERMILLION, of(&self.before)).with(Look::Dashed),
+                Series::line("design", GREEN, of(&self.after)),
             ],
         )
     }

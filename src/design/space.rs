@@ -132,20 +132,26 @@ impl Tolerance {
         let name = name.trim().replace('-', "_");
         let key = free.iter().find(|free| is_of(&free.key.name, &name));
         let key = key.ok_or_else(|| refuse(form))?;
-        let unit = &key.key.unit;
-        let (typed, is_share) = match by.trim().strip_suffix('%') {
-            Some(percent) => (quantity(percent), true),
-            None => (quantity(by), false),
+        let (number, is_share) = match by.trim().strip_suffix('%') {
+            Some(percent) => (
+                quantity(percent)
+                    .filter(|q| q.1.is_empty())
+                    .map(|q| 0.01 * q.0),
+                true,
+            ),
+            None => (
+                quantity(by)
+                    .filter(|q| q.1 == key.key.unit || q.1.is_empty())
+                    .map(|q| q.0),
+                false,
+            ),
         };
-        match typed {
-            Some((by, own))
-                if by > 0.0 && by.is_finite() && (own.is_empty() || !is_share && own == unit) =>
-            {
-                let by = if is_share { 0.01 * by } else { by };
-                Ok(Tolerance { name, by, is_share })
-            }
+        match number {
+            Some(by) if by > 0.0 && by.is_finite() => Ok(Tolerance { name, by, is_share }),
+            _ if key.key.unit.is_empty() => Err(refuse(form)),
             _ => Err(refuse(&format!(
-                "{form}; a spread above 0, in {unit} if in a unit"
+                "a spread above 0 in {}, the scene's unit, or a share such as 5%",
+                key.key.unit
             ))),
         }
     }
@@ -201,13 +207,6 @@ impl Space {
             .iter()
             .zip(point)
             .map(|(free, u)| free.at(*u))
-            .collect()
-    }
-
-    /// The scene's own values; NaN where it states none.
-    pub(super) fn of_scene(&self) -> Vec<f64> {
-        let keys = self.free.iter().map(|free| &free.key);
-        keys.map(|key| if key.is_stated { key.start } else { f64::NAN })
             .collect()
     }
 

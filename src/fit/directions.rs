@@ -97,11 +97,11 @@ impl Direction {
         let parts: Vec<usize> = (0..change.len())
             .filter(|k| change[*k].abs() > PART * largest)
             .collect();
-        let names: Vec<String> = parts.iter().map(|k| unknowns[*k].name.clone()).collect();
+        let names: Vec<String> = parts.iter().map(|k| unknowns[*k].name()).collect();
         let words = match parts[..] {
             [_] => format!("nothing of {}", names[0]),
             [a, b] => {
-                let both = [a, b].map(|k| (unknowns[k].linear, change[k]));
+                let both = [a, b].map(|k| (unknowns[k].linear(), change[k]));
                 format!(
                     "{} only {}",
                     listed(&names),
@@ -160,7 +160,7 @@ mod tests {
         let information = vec![vec![0.16, 0.4], vec![0.4, 1.0]];
         let found = null_space(&information);
         assert_eq!(found.len(), 1);
-        let direction = Direction::of(&found[0], &[3, 5].map(Unknown::gain));
+        let direction = Direction::of(&found[0], &[Unknown::Gain(3), Unknown::Gain(5)]);
         assert_eq!(
             direction.words,
             "gain[3] and gain[5] only as gain[3]^0.4 gain[5]"

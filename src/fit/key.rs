@@ -17,10 +17,6 @@ const NO_PROPERTIES: [&str; 2] = ["Stepping", "What is kept"];
 /// Share of the value, in both directions, over which starts without bounds are spread.
 const SPREAD: f64 = 0.1;
 
-/// Entries of a list that is tried, at most, so that it is of cells and not of bodies, and how far those that are 0 are searched, over their scale.
-const MOST_ENTRIES: usize = 4;
-const FAR: f64 = 10.0;
-
 /// A key as it is typed, without its bounds: `young`, `mass_cell[1]`, `defect[0].factor`.
 #[derive(Debug, Clone, PartialEq)]
 struct Place {
@@ -40,8 +36,6 @@ pub struct FreeKey {
     /// The unit that the scene, or else a bound, states; empty for none.
     pub unit: String,
     pub start: f64,
-    /// Whether the scene states the start.
-    pub is_stated: bool,
     /// In the same unit; those of the scene where none are stated, which may be infinite.
     pub bounds: [f64; 2],
     /// Whether it is searched in its logarithm, as keys that are above 0 are.
@@ -83,10 +77,10 @@ impl Place {
     fn property(&self) -> Result<&'static Property> {
         let Some(property) = properties().iter().find(|p| p.name == self.key) else {
             let near = nearest_key(&self.key, properties().iter().map(|p| &*p.name));
-            let near = near.map_or("`cascade scene` prints them".into(), |near| {
-                format!("`{near}`?")
-            });
-            let expected = format!("a key of scenes ({near})");
+            let expected = match near {
+                Some(near) => format!("a key of scenes (`{near}`?)"),
+                None => "a key of scenes (`cascade scene` prints them)".into(),
+            };
             return Err(refuse(&expected, &self.shown));
         };
         let expected = match (&property.kind, self.index, &self.member) {
@@ -180,7 +174,6 @@ impl FreeKey {
         };
         let bounds = ends.map(|ends| in_unit(&place, &ends, &unit)).transpose()?;
         let name = &place.shown;
-        let is_stated = stated.is_some();
         let start = match (stated, bounds) {
             (Some((value, _)), _) => value,
             (None, Some([low, high])) => middle(low, high),
@@ -206,7 +199,6 @@ impl FreeKey {
             name: name.clone(),
             unit,
             start,
-            is_stated,
             is_log: start > 0.0 && (bounds[0] > 0.0 || (property.is_above && is_open)),
             bounds,
             list: whole.filter(|_| place.index.is_some()),
@@ -283,37 +275,6 @@ pub(crate) fn settings(keys: &[FreeKey], values: impl Iterator<Item = f64>) -> V
     set.into_iter()
         .map(|(name, value)| Setting::new(name, text(value), format!("--free {name}")))
         .collect()
-}
-
-/// Numbers of the chain that a scene states, and those of these scales that are 0 where it states none.
-pub(super) fn numbers(scene: &SceneSource, scales: &[(&str, f64)]) -> Vec<FreeKey> {
-    let of_property = |property: &Property| -> Vec<FreeKey> {
-        let name = &property.name;
-        let stated = scene.typed_value(name).ok().flatten();
-        let names: Vec<String> = match &stated {
-            Some(Value::Array(entries)) if entries.len() > MOST_ENTRIES => Vec::new(),
-            Some(Value::Array(entries)) => {
-                let each = entries.iter().enumerate();
-                each.map(|(i, _)| format!("{name}[{i}]")).collect()
-            }
-            Some(_) => vec![name.clone()],
-            None => Vec::new(),
-        };
-        let stated = names
-            .iter()
-            .filter_map(|name| FreeKey::of(name, scene).ok());
-        let stated: Vec<FreeKey> = stated.collect();
-        match scales.iter().find(|(own, _)| own == name) {
-            Some((_, scale)) if stated.is_empty() => {
-                let far = FreeKey::of(&format!("{name}=0..{:e}", FAR * scale), scene);
-                far.map(|key| FreeKey { start: 0.0, ..key })
-                    .into_iter()
-                    .collect()
-            }
-            _ => stated,
-        }
-    };
-    properties().iter().flat_map(of_property).collect()
 }
 
 /// Bounds in a unit; one that states none has that of the upper one.
@@ -413,7 +374,6 @@ mod tests {
         assert_eq!(set(&entries, &[2.5, 0.5]), ["[0.5, 2.5]"]);
         let factor = of("defect[0].factor=1..3");
         assert!(set(&[factor], &[1.5])[0].contains("factor = 1.5"));
-        assert!(FreeKey::of("young=1s..2s", &scene()).is_err());
         let tangent = of("tangent=0..5us");
         assert_eq!(
             (tangent.start, tangent.is_log, tangent.scale()),
@@ -438,6 +398,27 @@ mod tests {
                 Ok(key) => assert_eq!((key.bounds[0], key.is_log), (low, is_log), "{text}"),
                 Err(error) => assert!(low.is_nan(), "{text}: {error}"),
             }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_fitted_is_refused() {
+        for (text, part) in [
+            ("", "KEY"),
+            ("young=3", "LOW..HIGH"),
+            ("young=90GPa..50GPa", "lower bound first"),
+            ("young=80GPa..90GPa", "hold the scene's young"),
+            ("yuong", "`young`?"),
+            ("sites", "sweep"),
+            ("end_time=5..10", "a key of the chain"),
+            ("ends", "is a number"),
+            ("mass_cell", "mass_cell[0]"),
+            ("mass_cell[7]", "an entry"),
+            ("tangent", "to start from"),
+            ("young=1s..2s", "bounds of young in GPa"),
+        ] {
+            let error = FreeKey::of(text, &scene()).unwrap_err();
+            assert!(error.to_string().contains(part), "{text}: {error}");
         }
     }
 }

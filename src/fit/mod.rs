@@ -27,11 +27,11 @@ mod verdict;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-pub use cause::{Cause, Causes};
+pub use cause::Cause;
 pub use compare::{AtBody, Attenuated, CompareRequest, Comparison, InBand};
 pub use directions::Direction;
 pub use gradient::gradient;
@@ -46,9 +46,8 @@ pub use verdict::Misfit;
 use crate::chain::scene::SceneSource;
 use crate::numeric::Random;
 use crate::observer::{CancelOnly, Observer};
-use crate::system::journal::Journal;
 use crate::{Error, Field, Result};
-use kept::Ended;
+use kept::{Kept, Searched};
 use model::{Model, Other, rms};
 use solver::{Minimum, Problem, minimize};
 
@@ -200,26 +199,15 @@ impl FitRequest {
             until,
             left_out: records.times.len() - used.times.len(),
         });
-        let begun = Instant::now();
-        let journal = kept::journal(self, &model)?;
-        let found = self
-            .search(&model, &journal)
-            .and_then(|(best, searches, runs)| {
-                let about = (searches, horizon, error);
-                let fitted = self.judged(&mut model, best, (begun, about))?;
-                let runs = counted.runs() + runs;
-                Ok(Fitted { runs, ..fitted })
-            });
-        found.map_err(|error| journal.paused(error, self.starts))
+        let (best, searches, runs) = self.search(&model)?;
+        let fitted = self.judged(&mut model, best, (searches, horizon, error));
+        let mut fitted = fitted.map_err(|error| self.paused(error, self.starts))?;
+        fitted.runs = counted.runs() + runs;
+        Ok(fitted)
     }
 
-    /// The chain at a minimum: what noise makes of it, and why it misses what it misses, as far as work is not cancelled.
-    fn judged(
-        &self,
-        model: &mut Model,
-        mut best: Minimum,
-        (begun, about): (Instant, Circumstances),
-    ) -> Result<Fitted> {
+    /// The chain at a minimum: what noise makes of it, and why it misses what it misses.
+    fn judged(&self, model: &mut Model, mut best: Minimum, about: Circumstances) -> Result<Fitted> {
         // With the steps of no search, so that a resumed fit has the same bits.
         best.columns = model.columns(&best.at, &mut Vec::new())?;
         for _ in 0..REPEATED {
@@ -232,74 +220,79 @@ impl FitRequest {
         }
         let mut fitted = Fitted::of(model, &best, about)?;
         if let Some(misfit) = &fitted.misfit {
-            fitted.causes = Causes::of(model, &best, &misfit.bodies, begun.elapsed())?;
+            fitted.cause = cause::cause(model, &best, &misfit.bodies)?;
         }
         Ok(fitted)
     }
 
+    /// Where searches that have ended are kept, the error of a fit that is stopped says how many.
+    fn paused(&self, error: Error, known: usize) -> Error {
+        match (error, &self.resume) {
+            (Error::Cancelled, Some(_)) => Error::Paused {
+                known,
+                members: self.starts,
+            },
+            (error, _) => error,
+        }
+    }
+
     /// The best minimum, where all searches ended, and their runs.
-    fn search(
-        &self,
-        model: &Model,
-        journal: &Journal<usize, Ended>,
-    ) -> Result<(Minimum, Vec<Search>, u64)> {
+    fn search(&self, model: &Model) -> Result<(Minimum, Vec<Search>, u64)> {
         let mut first = vec![0.0; model.unknowns()];
         if self.instruments.time_shift {
-            let run = model.records_at(&first, model.local_error)?;
-            first[model.keys.len()] = model.records.delay(&run);
+            first[model.keys.len()] = aligned(model, &first)?;
         }
-        let numbers: Vec<usize> = (0..self.starts).collect();
-        journal.each("searches", &numbers, model.observer, |search, observer| {
-            let counted = Counted::new(observer);
-            let model = &Model {
-                observer: &counted,
-                ..*model
-            };
-            let find = || {
-                let start = match search {
-                    0 => first.clone(),
-                    search => self.candidate(model, &first, *search),
-                };
-                let found = minimize(model, &start)?;
-                Ok(Ended {
-                    start,
-                    end: found.at,
-                    squares: found.squares,
-                    is_settled: found.is_settled,
-                    runs: counted.runs(),
-                })
-            };
-            journal.member(search, find).map(|_| ())
-        })?;
-        journal.sync()?;
-        let ended: Vec<Ended> = journal
-            .outcomes()
-            .values()
-            .filter_map(|of| of.done().cloned())
+        model.observer.stage("searches", self.starts as u64);
+        let kept = Kept::open(self, model)?;
+        let found: Vec<Result<Searched>> = (0..self.starts)
+            .into_par_iter()
+            .map(|search| {
+                let found = kept.search(search, model, |model| {
+                    let start = match search {
+                        0 => first.clone(),
+                        search => self.candidate(model, &first, search),
+                    };
+                    let found = minimize(model, &start)?;
+                    Ok((start, found))
+                });
+                model.observer.advance(1);
+                found
+            })
             .collect();
+        let known = found.iter().filter(|found| found.is_ok()).count();
         let values = |at: &[f64]| {
             let each = model.keys.iter().zip(at);
             each.map(|(key, u)| key.value_at(*u)).collect()
         };
-        let searches = ended.iter().map(|search| Search {
-            start: values(&search.start),
-            end: values(&search.end),
-            missed: (search.squares / model.records.known() as f64).sqrt(),
-            is_settled: search.is_settled,
-        });
-        let best = ended.iter().min_by(|a, b| a.squares.total_cmp(&b.squares));
-        // Where all have failed, the error is that of the scene.
-        let at = best.map_or(&first, |best| &best.end);
-        let residual = model.residual(at)?;
-        let minimum = Minimum {
-            at: at.clone(),
-            squares: solver::square(&residual),
-            residual,
-            columns: Vec::new(),
-            is_settled: best.is_some_and(|best| best.is_settled),
-        };
-        let runs = ended.iter().map(|search| search.runs).sum();
-        Ok((minimum, searches.collect(), runs))
+        let (mut searches, mut runs, mut failed) = (Vec::new(), 0, None);
+        let mut best: Option<Minimum> = None;
+        for found in found {
+            let (start, found, of_search) = match found {
+                Err(error @ (Error::Cancelled | Error::Write { .. })) => {
+                    return Err(self.paused(error, known));
+                }
+                Err(error) => {
+                    failed = failed.or(Some(error));
+                    continue;
+                }
+                Ok(found) => found,
+            };
+            runs += of_search;
+            searches.push(Search {
+                start: values(&start),
+                end: values(&found.at),
+                missed: (found.squares / model.records.known() as f64).sqrt(),
+                is_settled: found.is_settled,
+            });
+            if best
+                .as_ref()
+                .is_none_or(|best| found.squares < best.squares)
+            {
+                best = Some(found);
+            }
+        }
+        let best = best.ok_or_else(|| failed.unwrap_or(Error::Cancelled))?;
+        Ok((best, searches, runs))
     }
 
     /// Of some random points the one that fits best.
@@ -320,6 +313,30 @@ impl FitRequest {
         let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
         best.map_or_else(|| first.to_vec(), |(_, point)| point)
     }
+}
+
+/// The shift, in samples, at which records are most like those of a run.
+fn aligned(model: &Model, at: &[f64]) -> Result<f64> {
+    let mut at = at.to_vec();
+    at[model.keys.len()] = 0.0;
+    let predicted = model.records_at(&at, model.local_error)?;
+    let times = model.records.times.len();
+    let known = |value: f64| if value.is_finite() { value } else { 0.0 };
+    let alike = |shift: isize| -> f64 {
+        let records = predicted.chunks_exact(times).enumerate();
+        let sums = records.map(|(site, record)| {
+            let measured = model.records.record(site);
+            let range = shift.max(0) as usize..times.min((times as isize + shift) as usize);
+            range
+                .map(|i| known(measured[i]) * record[(i as isize - shift) as usize])
+                .sum::<f64>()
+        });
+        sums.sum()
+    };
+    let half = (times / 2) as isize;
+    let best = (-half..=half).map(|shift| (alike(shift), shift));
+    let best = best.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.abs().cmp(&a.1.abs())));
+    Ok(best.map_or(0.0, |(_, shift)| shift as f64))
 }
 
 /// The local error of runs, over the speed that they guess: that of a driven chain may be far too large.

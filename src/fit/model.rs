@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::cause::Factor;
+use super::cause::Held;
 use super::key::{FreeKey, settings};
 use super::local_error;
 use super::records::Records;
@@ -38,8 +38,8 @@ pub(super) enum Other {
     Gain(usize),
     /// The same of all records.
     Gains,
-    /// The logarithm of a factor of the chain.
-    Factor(Factor),
+    /// A number that the scene holds.
+    Held(Held),
 }
 
 /// Records of a chain as a function of coordinates: those of the keys, and those of the other unknowns.
@@ -91,8 +91,8 @@ impl<'a> Model<'a> {
     pub fn simulation(&self, at: &[f64]) -> Result<Simulation> {
         let mut simulation = self.scene.with(self.settings(at)).setup()?.simulation;
         for (other, u) in self.others(at) {
-            if let Other::Factor(factor) = other {
-                factor.apply(&mut simulation, u.exp());
+            if let Other::Held(held) = other {
+                held.set(&mut simulation, u);
             }
         }
         Ok(simulation)
@@ -120,7 +120,7 @@ impl<'a> Model<'a> {
             let own = match other {
                 Other::Gain(site) => n * site..n * (site + 1),
                 Other::Gains => 0..records.len(),
-                Other::Clock | Other::Factor(_) => continue,
+                Other::Clock | Other::Held(_) => continue,
             };
             records[own].iter_mut().for_each(|value| *value *= u.exp());
         }
@@ -201,8 +201,10 @@ impl<'a> Model<'a> {
 
 impl Problem for Model<'_> {
     fn bounds(&self) -> Vec<[f64; 2]> {
-        let others = self.others.iter();
-        let others = others.map(|_| [f64::NEG_INFINITY, f64::INFINITY]);
+        let others = self.others.iter().map(|other| match other {
+            Other::Held(held) => held.bounds(),
+            _ => [f64::NEG_INFINITY, f64::INFINITY],
+        });
         self.keys
             .iter()
             .map(FreeKey::coordinates)

@@ -6,9 +6,7 @@
 
 use num_complex::Complex;
 
-use super::model::rms;
 use super::solver::{dot, solved};
-use crate::numeric::Random;
 
 /// Highest order of the autoregression, and fewest samples a site for each order.
 const MOST_ORDER: usize = 16;
@@ -16,10 +14,6 @@ const SAMPLES_AN_ORDER: usize = 12;
 
 /// Correlations below this end the correlation, once an order of them is.
 const NO_MORE: f64 = 1e-3;
-
-/// Most rounds in which the size of noise before rounding is found, and its relative change that ends them.
-const ROUNDS: usize = 40;
-const SETTLED: f64 = 1e-3;
 
 /// Largest reflection coefficient; 1 is no noise.
 const MOST_REFLECTION: f64 = 0.9995;
@@ -54,15 +48,7 @@ impl Noise {
         let Linear { sites, times, .. } = *linear;
         let samples = known.iter().filter(|known| **known).count();
         let longest = MOST_ORDER.min(samples / sites.max(1) / SAMPLES_AN_ORDER);
-        // One loud record says no more of the correlation than another.
-        let sizes: Vec<f64> = residual.chunks_exact(times).map(rms).collect();
-        let records = residual.chunks_exact(times).zip(&sizes);
-        let alike = |(record, own): (&[f64], &f64)| -> Vec<f64> {
-            let by = rms(&sizes) / own.max(f64::MIN_POSITIVE);
-            record.iter().map(|v| by * v).collect()
-        };
-        let alike: Vec<f64> = records.flat_map(alike).collect();
-        let raw = covariances(&alike, times, longest + 1, samples);
+        let raw = covariances(residual, times, longest + 1, samples);
         let first = Noise::through(&raw, samples, longest);
         let taken = linear.taken(&first, raw[0], longest + 1, samples);
         let whole: Vec<f64> = raw
@@ -179,45 +165,6 @@ impl Noise {
     }
 }
 
-/// What noise was before its records were rounded to steps: of each sample a number within half a step of it, by a logistic
-/// distribution of the size of the record's noise.
-///
-/// Source: P. K. Dunn, G. K. Smyth, J. Comput. Graph. Stat. 5 (1996) 236 (randomized residuals).
-pub(super) fn before_rounding(residual: &[f64], steps: &[f64]) -> Vec<f64> {
-    let times = residual.len() / steps.len().max(1);
-    let records = residual.chunks(times.max(1)).zip(steps).enumerate();
-    let each = records.map(|(site, (record, step))| {
-        let mut noise = record.to_vec();
-        let mut size = rms(record);
-        for _ in 0..ROUNDS {
-            if *step == 0.0 || size == 0.0 {
-                break;
-            }
-            let scale = size * 3.0f64.sqrt() / std::f64::consts::PI;
-            let mut random = Random::new(site as u64);
-            let pairs = noise.iter_mut().zip(record);
-            pairs.for_each(|(own, at)| *own = within(*at, 0.5 * step, scale, random.uniform()));
-            let before = std::mem::replace(&mut size, rms(&noise));
-            if (size - before).abs() < SETTLED * before {
-                break;
-            }
-        }
-        noise
-    });
-    each.flatten().collect()
-}
-
-/// The number below which a share of a logistic distribution around 0 within so much of a place is.
-fn within(place: f64, half: f64, scale: f64, share: f64) -> f64 {
-    // On the side of the tail, where shares keep their digits.
-    let centre = -place.abs();
-    let below = |x: f64| 1.0 / (1.0 + (-x / scale).exp());
-    let [low, high] = [centre - half, centre + half].map(below);
-    let share = low + share * (high - low);
-    let found = (scale * (share / (1.0 - share)).ln()).clamp(centre - half, centre + half);
-    if place > 0.0 { -found } else { found }
-}
-
 /// Sums of products of samples that are so many steps apart, over the number of samples.
 fn covariances(residual: &[f64], times: usize, lags: usize, samples: usize) -> Vec<f64> {
     let of = |lag: usize| {
@@ -259,25 +206,6 @@ impl Linear<'_> {
         let count = middle.len();
         let column = |j: usize| -> Vec<f64> { once.iter().map(|row| row[j]).collect() };
         (0..count).map(|j| self.inverse(&column(j))).collect()
-    }
-
-    /// The noise with the variance of each site where the unknowns are told, if it is larger there, and with that of rounding to
-    /// steps.
-    pub fn where_told(&self, noise: &Noise, residual: &[f64], steps: &[f64]) -> Noise {
-        let variance = |site: usize| {
-            let (mut sum, mut all) = (0.0, 0.0);
-            for i in self.times * site..self.times * (site + 1) {
-                let weight: f64 = self.columns.iter().map(|column| column[i].powi(2)).sum();
-                sum += weight * residual[i].powi(2);
-                all += weight;
-            }
-            noise.sigmas[site].powi(2).max(sum / all) + steps[site].powi(2) / 12.0
-        };
-        let sigmas = (0..self.sites).map(|site| variance(site).sqrt());
-        Noise {
-            sigmas: sigmas.collect(),
-            ..noise.clone()
-        }
     }
 
     /// The covariance of the unknowns: `H^-1 (J^T S J) H^-1`, with what standard errors of gains add.

@@ -5,7 +5,6 @@ use ndarray::Array2;
 use crate::chain::Chain;
 use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::field::{Axis, Quantity};
-use crate::numeric::{median, sorted};
 use crate::transform::{RecordScratch, RecordTransform, fold};
 use crate::{Error, Field, Result};
 
@@ -17,10 +16,6 @@ const OFF: f64 = 0.05;
 
 /// Fewest samples of a record and of all, for each unknown, that can be fitted.
 const LEAST: usize = 8;
-
-/// Difference of samples, over the largest, that is rounding of binary numbers; by how much whole numbers of steps may be off.
-const SAME: f64 = 1e-9;
-const WHOLE: f64 = 0.01;
 
 /// Samples whose squares, and those of their noise, are numbers.
 const SIZES: std::ops::RangeInclusive<f64> = 1e-120..=1e120;
@@ -99,30 +94,6 @@ impl Records {
         Err(Error::request("field", expected, format!("{largest:e}")))
     }
 
-    /// The same samples, with a sign, as those of other bodies.
-    pub(super) fn placed(&self, places: &[(usize, f64)]) -> Records {
-        let mut placed = self.clone();
-        let records = placed.values.chunks_exact_mut(self.times.len());
-        for ((record, body), (other, sign)) in records.zip(&mut placed.bodies).zip(places) {
-            record.iter_mut().for_each(|value| *value *= sign);
-            *body = *other;
-        }
-        placed
-    }
-
-    /// How many steps later than those of a run half of the largest values are first reached, in the middle of all records.
-    pub(super) fn delay(&self, run: &[f64]) -> f64 {
-        let n = self.times.len();
-        let half = |record: &[f64]| {
-            let largest = record.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            let is_half = |v: &f64| largest > 0.0 && v.abs() >= 0.5 * largest;
-            record.iter().position(is_half).map(|at| at as f64)
-        };
-        let pairs = self.values.chunks_exact(n).zip(run.chunks_exact(n));
-        let delays = pairs.filter_map(|(measured, run)| Some(half(measured)? - half(run)?));
-        median(delays).unwrap_or(0.0)
-    }
-
     pub(super) fn check(&self, setup: &Setup) -> Result<()> {
         let count = places_in(&setup.simulation.chain, self.quantity);
         if let Some(body) = self.bodies.iter().find(|body| **body >= count) {
@@ -171,28 +142,6 @@ impl Records {
     pub fn record(&self, site: usize) -> &[f64] {
         let n = self.times.len();
         &self.values[n * site..n * (site + 1)]
-    }
-
-    /// The step that samples of each record are rounded to: all are whole multiples of it apart; 0 for none.
-    pub(super) fn steps(&self) -> Vec<f64> {
-        let step = |site: usize| {
-            let known = self.record(site).iter().copied().filter(|v| v.is_finite());
-            let known = sorted(known);
-            let (first, last) = known.first().zip(known.last())?;
-            let largest = first.abs().max(last.abs());
-            let apart = known.windows(2).map(|pair| pair[1] - pair[0]);
-            let least = apart
-                .filter(|by| *by > SAME * largest)
-                .min_by(f64::total_cmp)?;
-            let step = (last - first) / ((last - first) / least).round();
-            let off = |v: &f64| {
-                let count = (v - first) / step;
-                (count - count.round()).abs()
-            };
-            known.iter().all(|v| off(v) < WHOLE).then_some(step)
-        };
-        let sites = 0..self.bodies.len();
-        sites.map(|site| step(site).unwrap_or(0.0)).collect()
     }
 
     pub(super) fn is_known(&self) -> Vec<bool> {

@@ -2,11 +2,11 @@
 
 use ndarray::Array2;
 
-use super::cause::Causes;
+use super::cause::Cause;
 use super::directions::{Direction, factored, loose};
 use super::key::FreeKey;
 use super::model::{Model, Other, rms};
-use super::noise::{Linear, Noise, before_rounding};
+use super::noise::{Linear, Noise};
 use super::shown::Overlay;
 use super::solver::{Minimum, gram, scaled};
 use super::verdict::{Judged, Misfit};
@@ -57,8 +57,8 @@ pub struct Fitted {
     pub undetermined: Vec<Direction>,
     /// What noise does not explain; `None` for nothing.
     pub misfit: Option<Misfit>,
-    /// What was tried to explain the misfit.
-    pub causes: Causes,
+    /// What explains the misfit, of all that was tried.
+    pub cause: Option<Cause>,
     pub overlay: Overlay,
     /// Standard deviation of what is left, and its correlation with what is left so many samples later.
     pub noise: f64,
@@ -81,8 +81,6 @@ pub struct Fitted {
 /// Noise and covariance at a minimum.
 pub(super) struct Noted {
     pub noise: Noise,
-    /// What is left beyond rounding, and its noise.
-    left: (Vec<f64>, Noise),
     covariance: Vec<Vec<f64>>,
     /// Directions that nothing is known of, and those that hardly anything is.
     unknown: Vec<Vec<f64>>,
@@ -101,13 +99,12 @@ pub(super) fn misfit(
     model: &Model,
     found: &Minimum,
     predicted: &[f64],
-    noted: &Noted,
+    noise: &Noise,
 ) -> Option<Misfit> {
     let known = model.records.is_known();
-    let (left, noise) = &noted.left;
     let judged = Judged {
         records: model.records,
-        residual: left,
+        residual: &found.residual[..known.len()],
         known: &known,
         predicted,
         columns: &found.columns,
@@ -128,12 +125,8 @@ pub(super) fn judge(model: &Model, found: &Minimum) -> Noted {
         sites: records.bodies.len(),
         times: records.times.len(),
     };
-    let residual = &found.residual[..records.values.len()];
-    let steps = records.steps();
-    let noise = Noise::of(residual, &known, &linear);
-    let left = before_rounding(residual, &steps);
-    let white = Noise::of(&left, &known, &linear);
-    let mut covariance = linear.covariance(&linear.where_told(&noise, residual, &steps));
+    let noise = Noise::of(&found.residual[..records.values.len()], &known, &linear);
+    let mut covariance = linear.covariance(&noise);
     for (i, row) in covariance.iter_mut().enumerate() {
         row.iter_mut()
             .zip(&sizes)
@@ -141,7 +134,6 @@ pub(super) fn judge(model: &Model, found: &Minimum) -> Noted {
     }
     Noted {
         noise,
-        left: (left, white),
         unknown,
         loose: loose(&covariance),
         covariance,
@@ -155,7 +147,12 @@ impl Fitted {
     pub(super) fn of(model: &Model, found: &Minimum, about: Circumstances) -> Result<Fitted> {
         let (searches, horizon, run_error) = about;
         let records = model.records;
-        let noted = judge(model, found);
+        let Noted {
+            noise,
+            covariance,
+            unknown,
+            loose,
+        } = judge(model, found);
         let residual = &found.residual[..records.values.len()];
         let predicted = model.predicted(&found.at)?;
         let measured = records.masked(records.values.iter().copied());
@@ -163,15 +160,8 @@ impl Fitted {
         let is_exact = left < ROUNDING.max(3.0 * run_error);
         let misfit = match is_exact {
             true => None,
-            false => misfit(model, found, &predicted, &noted),
+            false => misfit(model, found, &predicted, &noise),
         };
-        let Noted {
-            noise,
-            covariance,
-            unknown,
-            loose,
-            ..
-        } = noted;
         let unknowns = unknowns(model);
         let directions = unknown
             .iter()
@@ -181,14 +171,20 @@ impl Fitted {
         let degrees = (noise.independent() - found.at.len() as f64).max(1.0);
         let quantile = student_two_sided(ALPHA, degrees);
         let is_loose = |k: usize| unknown.iter().any(|d: &Vec<f64>| d[k].abs() > PART);
-        let half = |k: usize| match is_loose(k) {
-            true => f64::NAN,
-            false => quantile * covariance[k][k].max(0.0).sqrt(),
-        };
+        let halves: Vec<f64> = (0..found.at.len())
+            .map(|k| {
+                if is_loose(k) {
+                    f64::NAN
+                } else {
+                    quantile * covariance[k][k].max(0.0).sqrt()
+                }
+            })
+            .collect();
         let each = unknowns.iter().enumerate();
-        let values = each.map(|(k, of)| of.fitted(found.at[k], half(k)));
-        let values = values.collect();
-        let correlation = Array2::from_shape_fn([found.at.len(); 2], |(i, j)| {
+        let values = each
+            .map(|(k, of)| of.fitted(found.at[k], halves[k]))
+            .collect();
+        let correlation = Array2::from_shape_fn((halves.len(), halves.len()), |(i, j)| {
             match is_loose(i) || is_loose(j) {
                 true => f64::NAN,
                 false => covariance[i][j] / (covariance[i][i] * covariance[j][j]).sqrt(),
@@ -210,7 +206,7 @@ impl Fitted {
             horizon,
             searches,
             runs: 0,
-            causes: Causes::default(),
+            cause: None,
             scene: settings.map(|s| [s.key, s.text]).collect(),
         })
     }
@@ -241,70 +237,72 @@ impl Fitted {
     }
 }
 
-/// What is searched: a key, or a number of instruments.
-#[derive(Debug, Clone)]
-pub(super) struct Unknown<'a> {
-    pub name: String,
-    unit: &'a str,
-    key: Option<&'a FreeKey>,
-    /// The unit of its coordinate, in values; `None` for a logarithm.
-    pub linear: Option<f64>,
+/// What is searched.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Unknown<'a> {
+    Key(&'a FreeKey),
+    /// How late the records are, in steps of their samples, and the unit of time.
+    Shift(f64, &'a str),
+    /// Of the record of a body.
+    Gain(usize),
 }
 
 /// All that a model searches, in the order of its coordinates.
 pub(super) fn unknowns<'a>(model: &Model<'a>) -> Vec<Unknown<'a>> {
     let records = model.records;
-    let keys = model.keys.iter().map(|key| Unknown {
-        name: key.name.clone(),
-        unit: &key.unit,
-        key: Some(key),
-        linear: (!key.is_log).then(|| key.scale()),
-    });
     let others = model.others.iter().filter_map(|other| match other {
-        Other::Clock => Some(Unknown {
-            name: "time_shift".into(),
-            unit: &records.units[0],
-            key: None,
-            linear: Some(records.step()),
-        }),
-        Other::Gain(site) => Some(Unknown::gain(records.bodies[*site])),
-        Other::Gains | Other::Factor(_) => None,
+        Other::Clock => Some(Unknown::Shift(records.step(), &records.units[0])),
+        Other::Gain(site) => Some(Unknown::Gain(records.bodies[*site])),
+        Other::Gains | Other::Held(_) => None,
     });
-    keys.chain(others).collect()
+    model.keys.iter().map(Unknown::Key).chain(others).collect()
 }
 
 impl Unknown<'_> {
-    /// Of the record of a body.
-    pub fn gain(body: usize) -> Unknown<'static> {
-        Unknown {
-            name: format!("gain[{body}]"),
-            unit: "",
-            key: None,
-            linear: None,
+    pub fn name(&self) -> String {
+        match self {
+            Unknown::Key(key) => key.name.clone(),
+            Unknown::Shift(..) => "time_shift".into(),
+            Unknown::Gain(body) => format!("gain[{body}]"),
         }
     }
 
     /// The value at a coordinate of the search.
     fn value_at(&self, u: f64) -> f64 {
-        match (self.key, self.linear) {
-            (Some(key), _) => key.value_at(u),
-            (None, Some(step)) => u * step,
-            (None, None) => u.exp(),
+        match self {
+            Unknown::Key(key) => key.value_at(u),
+            Unknown::Shift(step, _) => u * step,
+            Unknown::Gain(_) => u.exp(),
+        }
+    }
+
+    /// The unit of its coordinate, in values; `None` for a logarithm.
+    pub fn linear(&self) -> Option<f64> {
+        match self {
+            Unknown::Key(key) if key.is_log => None,
+            Unknown::Key(key) => Some(key.scale()),
+            Unknown::Gain(_) => None,
+            Unknown::Shift(step, _) => Some(*step),
         }
     }
 
     /// What is found where the search has ended, with half of the interval there; NaN for none.
     fn fitted(&self, at: f64, half: f64) -> FittedValue {
         let value = self.value_at(at);
+        let (unit, is_at_bound) = match self {
+            Unknown::Key(key) => (key.unit.as_str(), key.bounds.contains(&value)),
+            Unknown::Shift(_, unit) => (*unit, false),
+            Unknown::Gain(_) => ("", false),
+        };
         FittedValue {
-            name: self.name.clone(),
-            unit: self.unit.into(),
+            name: self.name(),
+            unit: unit.into(),
             value,
             low: self.value_at(at - half),
             high: self.value_at(at + half),
             start: self.value_at(0.0),
-            is_at_bound: self.key.is_some_and(|key| key.bounds.contains(&value)),
-            is_key: self.key.is_some(),
+            is_at_bound,
+            is_key: matches!(self, Unknown::Key(_)),
         }
     }
 }

@@ -2,26 +2,45 @@
 
 use serde_json::json;
 
-use super::cause::{Cause, Causes};
+use super::cause::Cause;
 use super::result::{Fitted, FittedValue};
 use super::shown::{places, some_places, spectral_units, warn_of_horizon};
 use crate::sheet::{
-    Describe, PlotRow, Sheet, Table, listed, number, percent, with_half, with_range, with_unit,
+    Describe, Fact, PlotRow, Sheet, Table, error_size, listed, number, percent, with_half,
+    with_range, with_unit,
 };
 
 /// Values that a sentence names, at most.
 const NAMED: usize = 4;
 
-const DEFINITIONS: &str = "\
-    interval: 95 % interval of the linearized problem. The correlation of the noise is estimated from the residual, and \
-        the samples count by it. It holds if the chain is right.
-    misfit: What stationary noise does not explain of the residual: regressors made of the signal do, or it is larger in \
-        some part of time or at some body. Noise alone is called so in some 2 % of fits.";
+/// Share of the searches that should end in one minimum.
+const AGREEING: f64 = 0.5;
+
+const DEFINITIONS: [[&str; 2]; 3] = [
+    [
+        "interval",
+        "95 % interval of the linearized problem. The correlation of the noise is estimated from the residual, and the \
+         samples count by it. It holds if the chain is right.",
+    ],
+    [
+        "misfit",
+        "What stationary noise does not explain of the residual: regressors made of the signal do, or it is larger in \
+         some part of time or at some body. Noise alone is called so in 4 % of fits or less.",
+    ],
+    [
+        "undetermined",
+        "A combination of unknowns along which they change by a factor of e, or over all of their bounds, while the \
+         records do not change by their noise.",
+    ],
+];
 
 impl Describe for Fitted {
     fn describe(&self) -> Sheet<'_> {
         let records = &self.overlay.records;
         let mut sheet = Sheet {
+            name: "fit",
+            version: 1,
+            title: "Fitted chain".into(),
             about: format!(
                 "{} fitted to {} samples of {} at {} {}",
                 listed(&self.names()),
@@ -31,8 +50,13 @@ impl Describe for Fitted {
                 places(records.quantity)
             ),
             answer: self.answer(),
-            tables: vec![self.table()],
-            ..Sheet::of("fit", "Fitted chain", DEFINITIONS)
+            tables: vec![
+                self.table(),
+                self.correlation_table(),
+                self.searches_table(),
+            ],
+            definitions: DEFINITIONS.to_vec(),
+            ..Sheet::default()
         };
         self.facts(&mut sheet);
         self.warnings(&mut sheet);
@@ -40,8 +64,7 @@ impl Describe for Fitted {
             "values": self.values,
             "undetermined": self.undetermined,
             "misfit": self.misfit,
-            "cause": self.causes.cause,
-            "tried": self.causes.tried,
+            "cause": self.cause,
             "noise": self.noise,
             "explained": self.explained,
             "exact": self.is_exact,
@@ -118,14 +141,36 @@ impl Fitted {
         Table::of("values", &head, self.values.iter().map(row)).printed()
     }
 
+    fn searches_table(&self) -> Table {
+        let row = |search: &super::Search| {
+            let values = |of: &[f64]| of.iter().map(|v| number(*v)).collect::<Vec<_>>().join(", ");
+            let settled = match search.is_settled {
+                true => "",
+                false => " (not settled)",
+            };
+            vec![
+                values(&search.start),
+                values(&search.end),
+                format!("{}{settled}", number(search.missed)),
+            ]
+        };
+        let title = format!("searches over {}", listed(&self.names()));
+        let rows = self.searches.iter().map(row);
+        Table::of(title, &["from", "to", "missed"], rows)
+    }
+
     fn facts(&self, sheet: &mut Sheet<'_>) {
         let records = &self.overlay.records;
         if let Some(misfit) = &self.misfit {
             let left = percent(1.0 - self.explained);
             let place = misfit.place(records);
             sheet.fact("left", format!("{left} of the energy, {place}"));
-            if let Some(cause) = &self.causes.cause {
+            if let Some(cause) = &self.cause {
                 sheet.fact("cause", cause.words());
+            }
+            let open: Vec<&str> = self.undetermined.iter().map(|open| &*open.words).collect();
+            if !open.is_empty() {
+                sheet.fact("undetermined", open.join("; "));
             }
         }
         let known = records.known();
@@ -136,6 +181,10 @@ impl Fitted {
             ),
             false => format!("white, in {known} samples"),
         };
+        sheet.fact(
+            "explained",
+            format!("{} of the records' squares", percent(self.explained)),
+        );
         sheet.fact("noise", noise);
         let text = format!(
             "{} of {} end in this minimum",
@@ -143,15 +192,36 @@ impl Fitted {
             self.searches.len()
         );
         sheet.fact("searches", format!("{text}; {} runs", self.runs));
+        let profile = self.overlay.by_site();
+        let least = profile.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = profile.iter().copied().fold(0.0, f64::max);
+        let most = with_unit(most, &records.units[1]);
+        sheet.facts.push(Fact {
+            profile,
+            ..Fact::new("left by body", format!("{} to {most}", number(least)))
+        });
+        sheet.detail(
+            "error of runs",
+            format!("{} of the records", error_size(self.run_error)),
+        );
+        let lines = self.scene.iter();
+        let lines = lines.map(|[key, text]| format!("{key} = {text}"));
+        sheet.detail("scene", lines.collect::<Vec<_>>().join("; "));
     }
 
     fn warnings(&self, sheet: &mut Sheet<'_>) {
         let until = self.horizon.map(|horizon| horizon.until);
         warn_of_horizon(sheet, until, &self.overlay.records.units[0]);
         if self.misfit.is_some() {
+            let advice = match &self.cause {
+                Some(cause) => format!("free or correct it: {}", cause.name),
+                None => "free what may be missing: none of losses, the exponent, one mass, coefficient or gain alone, or \
+                         another end explains it; or leave out the records or times at fault"
+                    .into(),
+            };
             sheet.warn(
                 "the intervals hold for a chain that is right, and this one is not",
-                self.causes.advice(),
+                advice,
             );
         }
         let at_bound = self.values.iter().filter(|value| value.is_at_bound);
@@ -160,6 +230,13 @@ impl Fitted {
             sheet.warn(
                 format!("the fit ended at a bound of {}", listed(&at_bound)),
                 "widen the bound, or ask whether the chain is right",
+            );
+        }
+        let (all, elsewhere) = (self.searches.len(), self.searches.len() - self.agreeing());
+        if elsewhere as f64 > (1.0 - AGREEING) * all as f64 {
+            sheet.warn(
+                format!("{elsewhere} of {all} searches ended elsewhere"),
+                "narrow the bounds, or raise `--starts`",
             );
         }
         if !self.undetermined.is_empty() {
@@ -196,34 +273,36 @@ impl Fitted {
         sheet.plane("correlation", ["parameter", "other"], "", &self.correlation);
         sheet.line("noise_correlation", "lag", "", &self.noise_correlation);
     }
-}
 
-impl Causes {
-    /// What takes the cause into account, or why none is named.
-    fn advice(&self) -> String {
-        match &self.cause {
-            Some(cause) => cause.cure.clone(),
-            None if self.is_cut => {
-                "the search for a cause was stopped, or took too long: fewer samples are faster"
-                    .into()
-            }
-            None => {
-                let tried = listed(&self.tried);
-                format!("none of what was tried explains it: {tried}")
-            }
-        }
+    /// Correlations of the values.
+    fn correlation_table(&self) -> Table {
+        let names: Vec<&str> = self.values.iter().map(|value| &*value.name).collect();
+        let entry = |v: &f64| match v.is_finite() {
+            true => format!("{v:.2}"),
+            false => "undetermined".into(),
+        };
+        let rows = names.iter().zip(self.correlation.rows());
+        let rows = rows.map(|(name, row)| {
+            let row = row.iter().map(entry);
+            [(*name).to_owned()].into_iter().chain(row).collect()
+        });
+        Table::of("correlations", &[&[""], &names[..]].concat(), rows)
     }
 }
 
 impl Cause {
     /// What freeing it does.
     fn words(&self) -> String {
-        let to = self
-            .value()
-            .map(|[held, free]| format!(" ({held} to {free})"));
+        let to = match self.value() {
+            Some([held, free]) => format!(" ({held} to {free})"),
+            None => String::new(),
+        };
+        let rest = match self.is_all {
+            true => "noise alone",
+            false => "a misfit",
+        };
         let (names, share) = (self.names(), percent(self.explained));
-        let to = to.unwrap_or_default();
-        format!("freeing {names}{to} takes {share} of that and leaves noise alone")
+        format!("freeing {names}{to} takes {share} of that and leaves {rest}")
     }
 
     /// What a chain that it alone explains differs by.
@@ -238,13 +317,13 @@ impl Cause {
 
     /// It and all that explain as much.
     fn names(&self) -> String {
-        let all = [std::slice::from_ref(&self.name), &self.rivals].concat();
-        let one = if self.rivals.is_empty() {
-            ""
-        } else {
-            "one of "
-        };
-        format!("{one}{}", listed(&all))
+        match self.rivals.is_empty() {
+            true => self.name.clone(),
+            false => {
+                let all = [std::slice::from_ref(&self.name), &self.rivals].concat();
+                format!("one of {}", listed(&all))
+            }
+        }
     }
 
     /// Held and free, where it alone explains as much.

@@ -200,16 +200,22 @@ impl Overlay {
     }
 
     fn map(&self, run: &str) -> HeatChart {
-        let records = &self.records;
+        let (records, bodies) = (&self.records, self.bodies());
+        let is_even = bodies.windows(3).all(|at| at[2] - at[1] == at[1] - at[0]);
+        let is_rising = bodies.windows(2).all(|at| at[1] > at[0]);
+        let (x_label, x) = match is_even && is_rising {
+            true => ("body", range(&bodies)),
+            false => ("record", -0.5..bodies.len() as f64 - 0.5),
+        };
         let known = self.residual.iter().filter(|v| v.is_finite());
         let largest = known.fold(0.0, |m: f64, v| m.max(v.abs()));
         HeatChart {
             title: "what is left".into(),
             caption: format!("Measured less {run}. Noise looks the same everywhere."),
-            x_label: "record".into(),
+            x_label: x_label.into(),
             y_label: label("time t", &records.units[0]),
             label: label(records.quantity.name(), &records.units[1]),
-            x: -0.5..records.bodies.len() as f64 - 0.5,
+            x,
             y: range(&records.times),
             values: self.residual.clone(),
             colors: Colors::Between(-largest..largest),

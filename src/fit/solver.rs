@@ -225,19 +225,24 @@ fn damped(
     damping: f64,
     fixed: &[Option<f64>],
 ) -> Vec<f64> {
-    let known: Vec<f64> = fixed.iter().map(|f| f.unwrap_or(0.0)).collect();
-    let entry = |i: usize, j: usize| match (i == j, fixed[i].or(fixed[j]).is_some()) {
-        (true, true) => 1.0,
-        (false, true) => 0.0,
-        (true, false) => matrix[i][i] + (damping * scale[i]).max(f64::MIN_POSITIVE),
-        (false, false) => matrix[i][j],
+    let mut change: Vec<f64> = fixed.iter().map(|f| f.unwrap_or(0.0)).collect();
+    let free: Vec<usize> = (0..change.len()).filter(|k| fixed[*k].is_none()).collect();
+    let row = |&i: &usize| {
+        let entry = |&j: &usize| match i == j {
+            true => matrix[i][i] + (damping * scale[i]).max(f64::MIN_POSITIVE),
+            false => matrix[i][j],
+        };
+        free.iter().map(entry).collect()
     };
-    let all = 0..known.len();
-    let row = |i: usize| all.clone().map(|j| entry(i, j)).collect();
-    let right = |i: usize| fixed[i].unwrap_or_else(|| gradient[i] - dot(&matrix[i], &known));
-    let rows: Vec<Vec<f64>> = all.clone().map(row).collect();
-    let right: Vec<f64> = all.clone().map(right).collect();
-    cholesky(&rows).map_or(known, |lower| solved(&lower, &right))
+    let rows: Vec<Vec<f64>> = free.iter().map(row).collect();
+    let right: Vec<f64> = free
+        .iter()
+        .map(|&i| gradient[i] - dot(&matrix[i], &change))
+        .collect();
+    let step =
+        cholesky(&rows).map_or_else(|| vec![0.0; free.len()], |lower| solved(&lower, &right));
+    free.iter().zip(step).for_each(|(&k, d)| change[k] = d);
+    change
 }
 
 /// The lower triangle whose product with its transpose is the matrix; `None` unless it is positive.

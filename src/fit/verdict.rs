@@ -1,13 +1,9 @@
 //! Whether noise explains what the best chain leaves of the records, and where it does not.
 //!
-//! Noise is stationary along each record, of any colour and distribution, and knows nothing of the signal. Two families of
-//! tests ask of the whitened residual, as normal numbers in the same order, whether it is: with regressors made of the
-//! signal (its size, delay, width and decay, of each record and of all), by Fisher's F beside the fitted unknowns; and by
-//! its variance in cells of time and site, and where the signal is against where it is not. Each family is wrong in 1 % of
-//! fits to noise alone.
-//!
-//! Source: B. L. van der Waerden, Indag. Math. 14 (1952) 453 (normal scores); J. Klotz, Ann. Math. Stat. 33 (1962) 498 (their
-//! squares).
+//! Noise is stationary along each record and knows nothing of the signal. Two families of tests ask of the whitened
+//! residual whether it is: with regressors made of the signal (its size, delay, width and decay, of each record and of
+//! all), by Fisher's F beside the fitted unknowns; and by its variance in cells of time and site, and where the signal
+//! is against where it is not. Each family is wrong in 2 % of fits to noise alone.
 
 use serde::Serialize;
 
@@ -17,10 +13,7 @@ use super::solver::{Beside, dot};
 use crate::numeric::fisher_tail;
 
 /// Share of fits to noise alone that a family of tests calls a misfit.
-const ALPHA: f64 = 0.01;
-
-/// Level, over that of a family of tests, that one field of noise in 1000 reaches.
-pub(super) const RARE: f64 = 0.04;
+const ALPHA: f64 = 0.02;
 
 /// Parts of time, and fewest samples of one.
 const PARTS: usize = 8;
@@ -60,14 +53,14 @@ pub(super) struct Judged<'a> {
     pub noise: &'a Noise,
 }
 
-/// Normal numbers in the order of whitened ones, where these are known.
+/// Whitened numbers at the samples where they are known.
 struct White {
     error: Vec<f64>,
     beside: Beside,
     /// Where in the records each is.
     places: Vec<usize>,
     degrees: f64,
-    squares: f64,
+    variance: f64,
 }
 
 impl Judged<'_> {
@@ -80,23 +73,6 @@ impl Judged<'_> {
         white.into_iter().flatten().collect()
     }
 
-    /// Normal numbers in the order of white noise, record by record.
-    ///
-    /// Source: B. L. Joiner, J. R. Rosenblatt, J. Am. Stat. Assoc. 66 (1971) 394 (quantiles of Tukey's lambda).
-    fn scores(&self, white: &[f64], places: &[usize]) -> Vec<f64> {
-        let mut scores = vec![0.0; white.len()];
-        let mut order: Vec<usize> = (0..white.len()).collect();
-        let site = |i: &usize| places[*i] / self.times();
-        order.sort_by(|a, b| site(a).cmp(&site(b)).then(white[*a].total_cmp(&white[*b])));
-        for record in order.chunk_by(|a, b| site(a) == site(b)) {
-            for (rank, i) in record.iter().enumerate() {
-                let share = (rank as f64 + 0.5) / record.len() as f64;
-                scores[*i] = 4.91 * (share.powf(0.14) - (1.0 - share).powf(0.14));
-            }
-        }
-        scores
-    }
-
     fn whitened(&self) -> Option<White> {
         let n = self.residual.len();
         let columns = self.columns.iter().map(|column| self.white(&column[..n]));
@@ -105,15 +81,15 @@ impl Judged<'_> {
         let places = self.noise.whitened(self.residual, self.known, self.times());
         let places = places.iter().enumerate();
         let places: Vec<usize> = places.filter_map(|(at, white)| white.map(|_| at)).collect();
-        let error = beside.rest(&self.scores(&self.white(self.residual), &places));
+        let error = beside.rest(&self.white(self.residual));
         let degrees = (error.len() - beside.count()) as f64;
-        let squares = dot(&error, &error);
-        (degrees > LEAST as f64 && squares > 0.0).then_some(White {
+        let variance = dot(&error, &error) / degrees;
+        (degrees > LEAST as f64 && variance > 0.0).then_some(White {
             error,
             beside,
             places,
             degrees,
-            squares,
+            variance,
         })
     }
 
@@ -281,7 +257,7 @@ impl White {
             }
         }
         let count = (beside.count() - self.beside.count()) as f64;
-        let rest = (self.squares - explained) / (self.degrees - count);
+        let rest = (self.variance * self.degrees - explained) / (self.degrees - count);
         match count > 0.0 && rest > 0.0 {
             true => fisher_tail(explained / count / rest, [count, self.degrees - count]),
             false => 1.0,
@@ -296,7 +272,7 @@ impl White {
             *squares += error * error;
             *count += 1.0;
         }
-        let total = self.squares;
+        let total = self.variance * self.degrees;
         let probability = |(squares, count): &(f64, f64)| {
             let others = self.degrees - count;
             match *count >= LEAST as f64 && others >= LEAST as f64 && total > *squares {

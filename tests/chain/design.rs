@@ -63,60 +63,6 @@ fn val_closed_form_a_limit_is_kept_and_used() {
     assert!(measure <= force * (1.0 + 1e-9), "{measure} {force}");
 }
 
-/// The scene's own measure is what a design is held against, whether limits or bounds hold it or not; a limit that no design keeps is
-/// refused with the least there is.
-#[test]
-fn val_closed_form_what_a_design_starts_from() {
-    let text = "sites = 1\nlaw = \"one-sided d\"\nmasses = [4.0]\ncoefficients = [1.0]\nend_time = 12.0\nsamples = 512\n";
-    let request = |most: &str, free: &str| DesignRequest {
-        is_most: true,
-        limits: vec![Limit::parse(most).unwrap()],
-        tries: Some(60),
-        ..DesignRequest::least(Aim::PeakForceLast, [free])
-    };
-    let designed = found(&request("total_mass=2", "masses[0]=0.5..4"), text);
-    let answer = designed.describe().answer;
-    assert!(
-        (designed.judged[0] - 2.0).abs() < 1e-6,
-        "{:?}",
-        designed.judged
-    );
-    assert!(
-        answer.contains("falls from 2.000 to 1.4") && answer.contains("limits"),
-        "{answer}"
-    );
-    let refused = request("total_mass=0.1", "masses[0]=0.5..4").run(&scene(text), &Silent);
-    let said = refused.unwrap_err().to_string();
-    assert!(said.contains("total_mass is 0.5"), "{said}");
-    let unstated = "sites = 6\nend_time = 30.0\nsamples = 256\n";
-    let designed = found(
-        &DesignRequest {
-            tries: Some(20),
-            ..DesignRequest::least(Aim::PeakForceLast, ["mass_ratio=0.1..0.5"])
-        },
-        unstated,
-    );
-    let plain = scene(unstated)
-        .setup()
-        .unwrap()
-        .simulation
-        .run(&Silent)
-        .unwrap();
-    let force = plain
-        .force
-        .unwrap()
-        .column(5)
-        .iter()
-        .copied()
-        .fold(0.0, f64::max);
-    assert!(
-        (designed.judged[0] / force - 1.0).abs() < 0.01,
-        "{:?} {force}",
-        designed.judged
-    );
-    assert!(designed.before.values[0].is_nan());
-}
-
 /// Values of a list are taken, descents beat random tries, and no thread changes a bit.
 #[test]
 fn regress_search_beats_random_tries_for_any_threads() {

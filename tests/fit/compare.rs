@@ -78,16 +78,13 @@ fn differs(found: &Comparison, words: [Option<&str>; 3]) {
 /// Nothing explains the difference, and the answer says by how much it is.
 fn unexplained(found: &Comparison, words: &str) {
     let answer = found.describe().answer;
-    assert!(
-        found.causes.cause.is_none() && answer.contains(words),
-        "{answer}"
-    );
+    assert!(found.cause.is_none() && answer.contains(words), "{answer}");
     assert!(answer.contains("no one number"), "{answer}");
 }
 
 /// What explains the difference, alone, with the number of the truth.
 fn explained(found: &Comparison, name: &str, truth: f64, most: f64) {
-    let cause = found.causes.cause.as_ref().unwrap();
+    let cause = found.cause.as_ref().unwrap();
     assert_eq!(
         (cause.name.as_str(), cause.rivals.len()),
         (name, 0),
@@ -292,7 +289,7 @@ fn val_a_wrong_modulus_is_named() {
                 (at.arrival[1] - at.arrival[0]) / (at.arrival[1] * (1.0 - factor.powf(-0.4)));
             assert!((0.9..1.35).contains(&late), "{late}: {at:?}");
         }
-        if let Some(cause) = &found.causes.cause {
+        if let Some(cause) = &found.cause {
             assert_eq!(cause.name, "coefficients of all contacts");
             assert!((cause.free / factor - 1.0).abs() < 0.01, "{cause:?}");
         }
@@ -324,7 +321,7 @@ fn val_closed_form_energies_above_a_frequency() {
             "{band:?}"
         );
     }
-    assert!(found.causes.cause.is_none());
+    assert!(found.cause.is_none());
     let words = fact(&found, "energies");
     assert!(words.contains("times the measured"), "{words}");
 }

@@ -37,8 +37,6 @@ pub struct Measurement {
     pub noise: f64,
     /// Correlation of neighbouring samples of the noise.
     pub correlation: f64,
-    /// What records with noise are rounded to; 0 for nothing.
-    pub step: f64,
     pub seed: u64,
 }
 
@@ -51,7 +49,6 @@ impl Measurement {
             quantity: Quantity::Velocity,
             noise: 0.02,
             correlation: 0.0,
-            step: 0.0,
             seed: 1,
         }
     }
@@ -87,9 +84,6 @@ impl Measurement {
             for value in &mut column {
                 *value += self.noise * size * last;
                 last = self.correlation * last + fresh * normal.next();
-                if self.step > 0.0 {
-                    *value = (*value / self.step).round() * self.step;
-                }
             }
         }
         noisy

@@ -101,11 +101,7 @@ impl Describing for Compare {
             bodies: self.bodies.clone(),
             within: self.within.unwrap_or(CompareRequest::default().within),
         };
-        let found = request.run(given.field()?, &scene, observer)?;
-        Ok(Found {
-            is_cut: found.causes.is_cut,
-            ..Found::of(found)
-        })
+        Ok(Found::of(request.run(given.field()?, &scene, observer)?))
     }
 }
 

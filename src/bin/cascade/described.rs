@@ -48,8 +48,6 @@ pub type AnyResult = Box<dyn Describe + Send + Sync>;
 pub struct Found {
     pub result: AnyResult,
     pub beside: Option<(&'static str, String)>,
-    /// Whether the work was stopped with what there is.
-    pub is_cut: bool,
 }
 
 impl Found {
@@ -57,7 +55,6 @@ impl Found {
         Found {
             result: Box::new(result),
             beside: None,
-            is_cut: false,
         }
     }
 }
@@ -181,9 +178,6 @@ pub fn run(command: &dyn Publishing) -> Result<(), Failure> {
     };
     let found = command.find(given, &progress);
     let found = found.map_err(|error| error.of_file(&files[0]))?;
-    if found.is_cut {
-        progress.write_found();
-    }
     fields.iter().try_for_each(Field::check_unchanged)?;
     let hash = match fields.first() {
         Some(field) => field.content_hash.clone(),

@@ -137,7 +137,6 @@ impl Describing for Fit {
         let found = request.run(given.field()?, &scene, observer)?;
         Ok(Found {
             beside: Some((SCENE, found.scene_text(&scene)?)),
-            is_cut: found.causes.is_cut,
             ..Found::of(found)
         })
     }

@@ -146,11 +146,6 @@ impl Progress {
         *lock(&self.shared.phase) = Phase::Writing;
     }
 
-    /// From now on what was found before an interrupt is written; another interrupt ends the program.
-    pub fn write_found(&self) {
-        self.shared.interrupted.store(false, Ordering::Relaxed);
-    }
-
     /// Ends with an error if the user has asked to stop.
     pub fn check(&self) -> wavecascade::Result<()> {
         if self.cancelled() {

@@ -14,7 +14,6 @@ use super::super::noise::{Linear, Noise};
 use super::super::solver::{cholesky, dot, gram, scaled};
 use super::TOLD;
 use crate::numeric::GoldenSection;
-use crate::observer::Observer;
 
 /// Shares of the largest value at which a front starts and has arrived.
 const START: f64 = 0.02;
@@ -93,13 +92,7 @@ pub(super) struct Told {
 
 impl Front {
     /// `None` where the run's record has no front: it begins inside one, or has too few samples of it.
-    /// Of no use once work is cancelled.
-    pub fn of(
-        run: &Curve,
-        measured: &[f64],
-        known: &[bool],
-        observer: &dyn Observer,
-    ) -> Option<Front> {
+    pub fn of(run: &Curve, measured: &[f64], known: &[bool]) -> Option<Front> {
         let (times, values) = (run.times, run.values);
         let last = times.len() - 1;
         let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
@@ -119,9 +112,6 @@ impl Front {
         }
         let fit = |delay: f64, upto: f64| -> f64 {
             let (mut both, mut squares) = (0.0, 0.0);
-            if observer.cancelled() {
-                return 0.0;
-            }
             let samples = times.iter().zip(measured).zip(known);
             for ((t, y), known) in samples.take_while(|((t, _), _)| **t <= upto) {
                 let p = run.at(t - delay)[0];

@@ -8,33 +8,33 @@ mod bands;
 mod front;
 mod sheet;
 
-use std::time::Instant;
-
 use serde::Serialize;
 
 pub use bands::InBand;
 
-use super::cause::Causes;
+use super::cause::{Cause, cause};
 use super::model::{Model, rms};
 use super::noise::{Linear, Noise};
 use super::records::Records;
 use super::result::{judge, misfit};
 use super::shown::Overlay;
 use super::solver::{Minimum, Problem, square};
-use super::verdict::{Misfit, RARE};
+use super::verdict::Misfit;
 use super::{EXACT, reliable};
-use crate::analyze::{Request, Results, plan, run};
-use crate::arrays::Nowhere;
+use crate::analyze::{Request, Results, analyze};
 use crate::chain::scene::SceneSource;
 use crate::field::Axis;
 use crate::moved::Movement;
 use crate::numeric::LineFit;
-use crate::observer::{CancelOnly, Observer};
+use crate::observer::Observer;
 use crate::{Field, Result};
 use front::{Curve, Front, Told};
 
 /// Standard errors by which a difference is told: by chance once in 16 000.
 const TOLD: f64 = 4.0;
+
+/// Level of the tests of what is left, over that of a fit, whose tests are wrong in 4 % of fields of noise.
+const LEVEL: f64 = 0.02;
 
 /// Independent samples before the fronts that tell the noise, and what it is at most of all that is left.
 const QUIET: f64 = 40.0;
@@ -99,8 +99,8 @@ pub struct Comparison {
     pub moved: Option<[Movement; 2]>,
     /// What noise does not explain of the difference; `None` for nothing.
     pub misfit: Option<Misfit>,
-    /// What was tried to explain it.
-    pub causes: Causes,
+    /// The one number of the chain, of the clock or of a gain that explains it.
+    pub cause: Option<Cause>,
     /// Whether the difference is the error of runs.
     pub is_exact: bool,
     /// Energy of the difference over that of the measurement, with the noise.
@@ -135,7 +135,6 @@ impl CompareRequest {
         scene: &SceneSource,
         observer: &dyn Observer,
     ) -> Result<Comparison> {
-        let begun = Instant::now();
         let mut model = Model::of(scene, (&[], &[]), &records, observer)?;
         let (used, until, run_error) = reliable(&model, &[])?;
         model.records = &used;
@@ -149,23 +148,23 @@ impl CompareRequest {
             is_settled: true,
         };
         let is_exact = rms(&minimum.residual) <= used.size() * EXACT.max(3.0 * run_error);
-        let pair = Pair::of(&used, &predicted, is_exact, observer)?;
+        let pair = Pair::of(&used, &predicted, is_exact);
         let bodies: Vec<AtBody> = (0..pair.sites()).map(|site| pair.body(site)).collect();
         let is_told = bodies.iter().any(|at| at.is_late || at.is_other);
-        let misfit = misfit(&model, &minimum, &predicted, &judge(&model, &minimum))
-            .filter(|misfit| !is_exact && (is_told || misfit.level < RARE));
-        let moved = match pair.sites() {
-            0..BODIES => None,
-            _ => moved(&used, &pair.measured, observer)?
-                .zip(moved(&used, &pair.run, observer)?)
-                .map(<[_; 2]>::from),
-        };
+        let misfit = misfit(&model, &minimum, &predicted, &judge(&model, &minimum).noise)
+            .filter(|misfit| !is_exact && (is_told || misfit.level < LEVEL));
         let places = misfit
             .as_ref()
             .map_or(&used.bodies, |misfit| &misfit.bodies);
-        let causes = match misfit.is_some() || is_told {
-            true => Causes::of(&model, &minimum, places, begun.elapsed())?,
-            false => Causes::default(),
+        let cause = match misfit.is_some() || is_told {
+            true => cause(&model, &minimum, places)?.filter(|cause| cause.is_all),
+            false => None,
+        };
+        let moved = match pair.sites() {
+            0..BODIES => None,
+            _ => moved(&used, &pair.measured)?
+                .zip(moved(&used, &pair.run)?)
+                .map(<[_; 2]>::from),
         };
         Ok(Comparison {
             moved,
@@ -175,7 +174,7 @@ impl CompareRequest {
             left: minimum.squares / square(&pair.measured).max(f64::MIN_POSITIVE),
             bodies,
             misfit,
-            causes,
+            cause,
             is_exact,
             horizon: until,
             request: self.clone(),
@@ -184,7 +183,7 @@ impl CompareRequest {
 }
 
 /// What moves along x, of samples that are 0 where they are missing.
-fn moved(records: &Records, values: &[f64], observer: &dyn Observer) -> Result<Option<Movement>> {
+fn moved(records: &Records, values: &[f64]) -> Result<Option<Movement>> {
     let mut samples = Field::from_array(records.plane(values));
     samples.time = Axis {
         origin: records.times[0],
@@ -199,8 +198,7 @@ fn moved(records: &Records, values: &[f64], observer: &dyn Observer) -> Result<O
         },
         ..Request::default()
     };
-    let plan = plan(&samples, &request)?;
-    let analysis = run(&samples, &plan, &Nowhere, &CancelOnly(observer))?;
+    let (analysis, _) = analyze(&samples, &request)?;
     Ok(analysis.answer.map(|answer| answer.frequency))
 }
 
@@ -235,12 +233,7 @@ struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    fn of(
-        records: &'a Records,
-        run: &'a [f64],
-        is_exact: bool,
-        observer: &dyn Observer,
-    ) -> Result<Pair<'a>> {
+    fn of(records: &'a Records, run: &'a [f64], is_exact: bool) -> Pair<'a> {
         let mut pair = Pair {
             measured: records.masked(records.values.iter().copied()),
             run: records.masked(run.iter().copied()),
@@ -252,12 +245,8 @@ impl<'a> Pair<'a> {
             is_quiet: false,
         };
         let fronts: Vec<Option<Front>> = (0..pair.sites())
-            .map(|site| {
-                let (measured, known) = (pair.measured(site), pair.known(site));
-                Front::of(&pair.curve(site), measured, known, observer)
-            })
+            .map(|site| Front::of(&pair.curve(site), pair.measured(site), pair.known(site)))
             .collect();
-        observer.go_on()?;
         // At most the noise, and what the run as late and as large as the records misses.
         let least = |site: usize| {
             let [plain, moved] = [None, fronts[site]].map(|front| pair.left(site, front));
@@ -289,13 +278,9 @@ impl<'a> Pair<'a> {
         pair.fronts = fronts
             .into_iter()
             .enumerate()
-            .map(|(site, front)| {
-                observer.go_on()?;
-                let front = front.filter(|_| !is_exact);
-                Ok(front.and_then(|front| pair.told(site, front)))
-            })
-            .collect::<Result<_>>()?;
-        Ok(pair)
+            .map(|(site, front)| pair.told(site, front.filter(|_| !is_exact)?))
+            .collect();
+        pair
     }
 
     fn times(&self) -> &[f64] {

@@ -5,34 +5,54 @@ use std::cmp::Ordering;
 use serde_json::json;
 
 use super::super::shown::{per_time, places, some_places, warn_of_horizon};
-use super::{AtBody, Comparison, InBand, TOLD};
+use super::{AtBody, Attenuated, Comparison, InBand, TOLD};
 use crate::sheet::{
-    BLUE, Chart, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table, VERMILLION, listed,
-    number, percent, with_unit,
+    BLUE, Chart, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table, VERMILLION, number,
+    percent, with_unit,
 };
 use crate::unit::label;
 
 /// How the run is off.
 const SIDES: [(f64, &str); 2] = [(-1.0, "early"), (1.0, "late")];
 
-const DEFINITIONS: &str = "\
-    arrival: When half of the run's largest value is first reached; measured, that and the delay at which the run's front \
-        is most like the record. What is said to differ does so by four standard errors.
-    energy: Squares of the records integrated over time, by octaves of frequency, all records together. Ratios are given \
-        between what they are if all that the run leaves is noise, and if none is.";
+const DEFINITIONS: [[&str; 2]; 4] = [
+    [
+        "arrival",
+        "When half of the run's largest value is first reached; measured, that and the delay at which the run's front is most \
+         like the record. What is said to differ does so by four standard errors.",
+    ],
+    [
+        "largest value",
+        "Of the run; measured, that times the factor by which the run's front fits the record. Differences below 1 % are not \
+         told.",
+    ],
+    [
+        "energy",
+        "Squares of the records integrated over time, by octaves of frequency, all records together. Ratios are given \
+         between what they are if all that the run leaves is noise, and if none is.",
+    ],
+    [
+        "correlation",
+        "Squared correlation of measurement and run over the records and frequencies of a band.",
+    ],
+];
 
 impl Describe for Comparison {
     fn describe(&self) -> Sheet<'_> {
         let records = &self.overlay.records;
         let mut sheet = Sheet {
+            name: "compare-field",
+            version: 1,
+            title: "Measurement and run".into(),
             about: format!(
                 "{} of {} and of a run there",
                 records.quantity.name(),
                 some_places(records.quantity, &records.bodies, 12)
             ),
             answer: self.answer(),
-            tables: vec![self.body_table()],
-            ..Sheet::of("compare-field", "Measurement and run", DEFINITIONS)
+            tables: vec![self.body_table(), self.band_table()],
+            definitions: DEFINITIONS.to_vec(),
+            ..Sheet::default()
         };
         self.facts(&mut sheet);
         warn_of_horizon(&mut sheet, self.horizon, &records.units[0]);
@@ -45,8 +65,7 @@ impl Describe for Comparison {
             }))),
             "agree": self.agrees(),
             "misfit": self.misfit,
-            "cause": self.causes.cause,
-            "tried": self.causes.tried,
+            "cause": self.cause,
             "left": self.left,
             "exact": self.is_exact,
             "within": self.request.within,
@@ -71,12 +90,6 @@ impl AtBody {
     /// By how much the run is late.
     fn late(&self) -> f64 {
         self.arrival[1] - self.arrival[0]
-    }
-
-    /// Whether the run is early or late.
-    fn side(&self) -> &'static str {
-        let side = SIDES.iter().find(|(sign, _)| sign * self.late() > 0.0);
-        side.map_or("", |(_, word)| word)
     }
 
     /// The run's largest value over the measured one: its least and its largest value.
@@ -142,22 +155,22 @@ impl Comparison {
             return "measurement and run agree to the error of runs".into();
         }
         if self.agrees() {
-            let share = percent(self.left_of_run().sqrt());
-            let noise = format!("noise of {share} of the signal");
+            // Of measured energy that is all noise the signal is what the run has.
+            let size = (self.left / (1.0 - self.left).max(1e-3)).min(self.left_of_run());
+            let noise = format!("noise of {} of the signal", percent(size.sqrt()));
             let is_seen = self.fronts().next().is_some() || !self.groups().is_empty();
             return match is_seen {
                 true => format!("measurement and run agree: {noise} is all that is between them"),
                 false => format!("measurement and run agree, but {noise} hides the run"),
             };
         }
-        let reason = match self.causes.is_cut {
-            true => "; the search for a cause was stopped",
-            false if self.causes.tried.is_empty() => "",
-            false => "; nothing that was tried explains it",
-        };
-        match &self.causes.cause {
-            Some(cause) => format!("measurement and run differ {}", cause.differs()),
-            None => format!("measurement and run differ: {}{reason}", self.worst()),
+        let is_tried = self.is_told() || self.misfit.is_some();
+        match (&self.cause, self.worst()) {
+            (Some(cause), _) => format!("measurement and run differ {}", cause.differs()),
+            (None, worst) if is_tried => {
+                format!("measurement and run differ: {worst}; no one number explains it")
+            }
+            (None, worst) => format!("measurement and run differ: {worst}"),
         }
     }
 
@@ -171,20 +184,33 @@ impl Comparison {
         off
     }
 
-    /// The first of what differs.
+    /// The first of what differs: by how much at most.
     fn worst(&self) -> String {
-        let differ = self.groups().iter().any(|(side, ..)| side.is_ne());
-        let first = match self.bodies.iter().any(|at| at.is_late) {
-            true => self.arrivals(),
-            false if self.is_told() => self
-                .sizes()
-                .map(|sizes| format!("largest values are {sizes}")),
-            false if differ => self
-                .energies()
-                .map(|energies| format!("energies are {energies}")),
-            false => None,
-        };
-        first.unwrap_or_else(|| format!("{} of the energy is left", percent(self.left)))
+        let sides = SIDES.iter().filter_map(|(sign, word)| {
+            let off = self.off(*sign);
+            let most = off.last()?;
+            let by = with_unit(most.late().abs(), &self.overlay.records.units[0]);
+            Some(match off.len() {
+                1 => format!("{by} {word} at {}", self.place(&off)),
+                _ => format!("up to {by} {word}"),
+            })
+        });
+        let sides: Vec<String> = sides.collect();
+        if !sides.is_empty() {
+            return format!("the run arrives {}", sides.join(" and "));
+        }
+        let other = self.bodies.iter().filter(|at| at.is_other);
+        let off = |at: &&AtBody| (at.peak[1] / at.peak[0].max(0.0)).ln().abs();
+        if let Some(most) = other.max_by(|a, b| off(a).total_cmp(&off(b))) {
+            let (size, place) = (times(most.size()), self.place(&[most]));
+            return format!("the run's largest value is {size} the measured at {place}");
+        }
+        let differ = self.groups().into_iter().filter(|(side, ..)| side.is_ne());
+        let off = |ends: &[f64; 2]| (ends[0] * ends[1]).ln().abs();
+        match differ.max_by(|a, b| off(&a.1).total_cmp(&off(&b.1))) {
+            Some((_, ends, place)) => format!("the run has {} the energy {place}", times(ends)),
+            None => format!("{} of the energy is left", percent(self.left)),
+        }
     }
 
     /// Energy of the difference over that of the run.
@@ -228,7 +254,7 @@ impl Comparison {
         });
         let sides: Vec<String> = sides.collect();
         if !sides.is_empty() {
-            return Some(format!("the run is {}", sides.join(" and ")));
+            return Some(format!("the run is {}", sides.join("; ")));
         }
         let bound = |at: &AtBody| at.late().abs() + 2.0 * at.arrival_error;
         let bound = self.fronts().map(bound).max_by(f64::total_cmp)?;
@@ -237,19 +263,29 @@ impl Comparison {
 
     /// The run's largest values over the measured ones, with their ends.
     fn sizes(&self) -> Option<String> {
-        let told: Vec<&AtBody> = self.bodies.iter().filter(|at| at.is_other).collect();
-        if let Some(ends) = span(told.iter().flat_map(|at| at.size())) {
-            return Some(format!(
+        let mut told: Vec<&AtBody> = self.bodies.iter().filter(|at| at.is_other).collect();
+        told.sort_by(|a, b| a.size()[0].total_cmp(&b.size()[0]));
+        let Some((least, most)) = told.first().zip(told.last()) else {
+            let off = |at: &AtBody| at.size().map(|end| (end - 1.0).abs());
+            let most = self.fronts().flat_map(off).max_by(f64::total_cmp)?;
+            return Some(match most > 1.0 {
+                true => "cannot be told from noise".into(),
+                false => format!("agree within {}", percent(most)),
+            });
+        };
+        Some(match least.size()[1] < most.size()[0] {
+            true => format!(
+                "in the run {} the measured at {}, {} at {}",
+                times(least.size()),
+                self.place(&[least]),
+                times(most.size()),
+                most.body
+            ),
+            false => format!(
                 "in the run {} the measured at {}",
-                times(ends),
+                times([most.size()[0], least.size()[1]]),
                 self.place(&told)
-            ));
-        }
-        let off = |at: &AtBody| at.size().map(|end| (end - 1.0).abs());
-        let most = self.fronts().flat_map(off).max_by(f64::total_cmp)?;
-        Some(match most > 1.0 {
-            true => "cannot be told from noise".into(),
-            false => format!("agree within {}", percent(most)),
+            ),
         })
     }
 
@@ -300,10 +336,28 @@ impl Comparison {
                 sheet.fact(name, text);
             }
         }
-        if let (Some(misfit), None) = (&self.misfit, &self.causes.cause) {
+        if let (Some(misfit), None) = (&self.misfit, &self.cause) {
             let (left, place) = (percent(self.left), misfit.place(records));
             sheet.fact("left", format!("{left} of the energy, {place}"));
-            sheet.detail("tried", listed(&self.causes.tried));
+        }
+        if let Some(both) = self.attenuation {
+            let shown = |of: Attenuated| format!("{} ± {}", percent(of.rate), percent(of.error));
+            let [measured, run] = both.map(shown);
+            sheet.fact(
+                "attenuation",
+                format!("of largest values {measured} a body measured, {run} in the run"),
+            );
+        }
+        if let Some(both) = &self.moved {
+            let [measured, run] = both.each_ref().map(|moved| match moved.reason {
+                Some(_) => "untold".into(),
+                None => format!(
+                    "{} up, {} down",
+                    percent(moved.up.share),
+                    percent(moved.down.share)
+                ),
+            });
+            sheet.fact("moved", format!("{measured} measured; {run} in the run"));
         }
         let ends = span(self.bodies.iter().map(|at| at.noise)).unwrap_or([0.0; 2]);
         let (low, high) = (number(ends[0]), with_unit(ends[1], &records.units[1]));
@@ -319,13 +373,7 @@ impl Comparison {
             vec![
                 at.body.to_string(),
                 number(at.arrival[1]),
-                format!(
-                    "{} {}",
-                    with_error(at.late().abs(), at.arrival_error),
-                    at.side()
-                )
-                .trim_end()
-                .to_owned(),
+                with_error(at.late(), at.arrival_error),
                 number(at.peak[1]),
                 with_error(at.peak[0], at.peak_error),
                 percent(at.residual),
@@ -334,12 +382,30 @@ impl Comparison {
         let head = [
             "at",
             "arrival",
-            "run off by",
+            "run late by",
             "largest",
             "measured",
             "energy left",
         ];
         Table::of("by record", &head, self.bodies.iter().map(row))
+    }
+
+    fn band_table(&self) -> Table {
+        let unit = per_time(&self.overlay.records.units[0]);
+        let row = |band: &InBand| {
+            vec![
+                format!("{} to {}", number(band.from), with_unit(band.to, &unit)),
+                match band.ratio[0].is_nan() {
+                    true => "below noise".into(),
+                    false => times(band.ratio),
+                },
+                format!("{:.3}", band.correlation),
+                percent(band.residual),
+            ]
+        };
+        let ratio = "energy of the run over measured";
+        let head = ["band", ratio, "correlation", "energy left"];
+        Table::of("by frequency", &head, self.bands.iter().map(row))
     }
 
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
@@ -389,16 +455,23 @@ impl Comparison {
         }
     }
 
+    /// A chart over the bodies, with room at its ends.
+    fn by_body(&self, title: &str, ordinate: String, series: Vec<Series>) -> Chart {
+        let chart = Chart::of(title, "body", ordinate, series);
+        let room = 0.03 * (chart.x.end - chart.x.start);
+        Chart {
+            x: chart.x.start - room..chart.x.end + room,
+            ..chart
+        }
+    }
+
     fn arrival_chart(&self) -> Chart {
         let circles = ("", BLUE, Marker::Circle);
         let late = self.over_bodies(circles, AtBody::late, Some(|at| at.arrival_error));
-        let ordinate = label(
-            "run late by (below 0: early)",
-            &self.overlay.records.units[0],
-        );
+        let ordinate = label("run late by", &self.overlay.records.units[0]);
         Chart {
             levels: vec![Level::zero()],
-            ..Chart::of("arrival", "body", ordinate, vec![late.with(Look::Dots)])
+            ..self.by_body("arrival", ordinate, vec![late.with(Look::Dots)])
         }
     }
 
@@ -410,9 +483,8 @@ impl Comparison {
         let measured = self.over_bodies(blue, |at| at.peak[0], Some(|at| at.peak_error));
         let run = self.over_bodies(red, |at| at.peak[1], None);
         let ordinate = label("largest value", &self.overlay.records.units[1]);
-        Chart::of(
+        self.by_body(
             "largest values",
-            "body",
             ordinate,
             vec![measured, run.with(Look::Dashed)],
         )

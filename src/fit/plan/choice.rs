@@ -164,4 +164,11 @@ mod tests {
         assert!(!exchanged.is_exact);
         assert_eq!(exchanged.bodies, [0, 35, 100, 165, 200]);
     }
+
+    #[test]
+    fn evenly_spaced_places_are_half_a_distance_from_the_ends() {
+        assert_eq!(even(12, 3), [2, 6, 10]);
+        assert_eq!(even(5, 5), [0, 1, 2, 3, 4]);
+        assert_eq!(even(7, 1), [3]);
+    }
 }

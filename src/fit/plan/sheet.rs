@@ -15,19 +15,37 @@ use crate::unit::label;
 const NAMED: usize = 4;
 const NAMED_BODIES: usize = 12;
 
-/// Share of the run from which on more of it would tell more.
+/// Share of the run, or of its sampling, from which on more of it would tell more.
 const END: f64 = 0.95;
+const FAST: f64 = 0.7;
 
-const DEFINITIONS: &str = "\
-    error: Half of the 95 % interval over the value, of a fit without bias at the values of the scene (Cramer and Rao). \
-        Other keys that are free, the clock and gains, if so, are fitted with it.
-    duration: From when on no error is more than 5 % above that of the whole run.
-    rate: Slowest sampling, behind a filter at half of it, at which no error is more than 5 % above that at the rate of \
-        the run: the noise has one density, and faster samples are not better ones.";
+const DEFINITIONS: [[&str; 2]; 4] = [
+    [
+        "error",
+        "Half of the 95 % interval over the value, of a fit without bias at the values of the scene (Cramer and Rao). \
+         Other keys that are free, the clock and gains, if so, are fitted with it.",
+    ],
+    [
+        "duration",
+        "From when on no error is more than 5 % above that of the whole run.",
+    ],
+    [
+        "rate",
+        "Slowest sampling, behind a filter at half of it, at which no error is more than 5 % above that at the rate of the \
+         run: the noise has one density, and faster samples are not better ones.",
+    ],
+    [
+        "information by body",
+        "Share of each body in what all bodies know of a key, if the others were known.",
+    ],
+];
 
 impl Describe for Planned {
     fn describe(&self) -> Sheet<'_> {
         let mut sheet = Sheet {
+            name: "plan",
+            version: 1,
+            title: "Planned measurement".into(),
             about: format!(
                 "{} of {} {} for records of {} that determine {}",
                 self.chosen.len(),
@@ -38,7 +56,8 @@ impl Describe for Planned {
             ),
             answer: self.answer(),
             tables: vec![self.table()],
-            ..Sheet::of("plan", "Planned measurement", DEFINITIONS)
+            definitions: DEFINITIONS.to_vec(),
+            ..Sheet::default()
         };
         self.facts(&mut sheet);
         self.warnings(&mut sheet);
@@ -149,6 +168,7 @@ impl Planned {
             "noise",
             format!("{noise} a sample at {fastest}, {share} of the records"),
         );
+        sheet.detail("runs", self.runs.to_string());
     }
 
     fn per_time(&self) -> String {
@@ -169,6 +189,12 @@ impl Planned {
             sheet.warn(
                 "errors still fall at the end of the run",
                 "a later `end_time` tells more",
+            );
+        }
+        if self.rate > FAST * self.fastest() {
+            sheet.warn(
+                "the run is sampled no faster than needed",
+                "more `samples`, or a higher `--rate`, show what faster sampling gains",
             );
         }
         if !self.undetermined.is_empty() {
@@ -242,9 +268,15 @@ impl Planned {
         self.keys.iter().enumerate().map(of).collect()
     }
 
-    /// Errors over what more of costs more, with what is planned.
-    fn error_chart(&self, title: &str, x_label: String, lines: Vec<Series>, at: f64) -> Chart {
-        let label = "plan".into();
+    /// Errors over what more of costs more, with what is enough.
+    fn error_chart(
+        &self,
+        title: &str,
+        x_label: String,
+        lines: Vec<Series>,
+        (at, label): (f64, &str),
+    ) -> Chart {
+        let label = label.to_owned();
         let chart = Chart::of(title, x_label, "error (%)", lines);
         Chart {
             marks: vec![Mark { at, label }],
@@ -259,14 +291,14 @@ impl Planned {
         let even = self.lines(&x, even, ", evenly spaced").into_iter();
         let lines = lines.chain(even.map(|line| line.with(Look::Dashed)));
         let x_label = format!("{} measured", places(self.request.quantity));
-        let at = self.chosen.len() as f64;
-        self.error_chart("number of sensors", x_label, lines.collect(), at)
+        let plan = (self.chosen.len() as f64, "plan");
+        self.error_chart("number of sensors", x_label, lines.collect(), plan)
     }
 
     fn time_chart(&self) -> Chart {
         let lines = self.lines(&self.times, &self.by_time, "");
         let x_label = label("measured until", &self.units[0]);
-        self.error_chart("duration", x_label, lines, self.duration)
+        self.error_chart("duration", x_label, lines, (self.duration, "enough"))
     }
 
     fn rate_chart(&self) -> Chart {
@@ -274,7 +306,7 @@ impl Planned {
         let x_label = label("rate", &self.per_time());
         Chart {
             log_x: true,
-            ..self.error_chart("sampling", x_label, lines, self.rate)
+            ..self.error_chart("sampling", x_label, lines, (self.rate, "enough"))
         }
     }
 
