@@ -10,7 +10,7 @@ use wavecascade::observer::Silent;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/data");
-    let records = Field::open(&data.join("impact_records.csv"), &OpenOptions::default())?;
+    let records = Field::open(data.join("impact_records.csv"), &OpenOptions::default())?;
     let scene = SceneSource::read(&data.join("impact_scene.toml"))?;
     let keys = [
         "young=60GPa..85GPa",

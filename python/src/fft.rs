@@ -35,6 +35,9 @@ struct Transform<A, B> {
 
 type Kept<A, B> = HashMap<usize, Arc<Transform<A, B>>>;
 
+/// From complex numbers to complex numbers.
+type Both<T> = Transform<Complex<T>, Complex<T>>;
+
 /// Transforms of one number type, by their lengths.
 struct Plans<T: Real> {
     planner: ColumnFftPlanner<T>,
@@ -120,11 +123,7 @@ impl<T: Real> Plans<T> {
         })
     }
 
-    fn both(
-        &mut self,
-        len: usize,
-        is_forward: bool,
-    ) -> Result<Arc<Transform<Complex<T>, Complex<T>>>, FftError> {
+    fn both(&mut self, len: usize, is_forward: bool) -> Result<Arc<Both<T>>, FftError> {
         let direction = match is_forward {
             true => FftDirection::Forward,
             false => FftDirection::Inverse,

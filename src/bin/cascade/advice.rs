@@ -56,9 +56,9 @@ pub fn of_error(error: &Error) -> Option<String> {
         Error::Write { source, .. } => match source.kind() {
             ErrorKind::FileTooLarge => "raise the allowed size of files: `ulimit -f unlimited`",
             ErrorKind::QuotaExceeded | ErrorKind::StorageFull => {
-                "free some space, or write elsewhere"
+                "free some space, or write elsewhere with `--out`"
             }
-            _ => "write elsewhere",
+            _ => "write elsewhere with `--out`",
         },
         _ => return None,
     };

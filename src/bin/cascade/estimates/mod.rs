@@ -177,16 +177,16 @@ impl Describing for EstimateCommand {
 
     /// With what is wrong with the channels of the first field.
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
-        let Found { result, beside } = self.typed().find(given.fields, observer)?;
+        let found = self.typed().find(given.fields, observer)?;
         let first = given.fields.first();
         let channels = first.map(|field| channel_findings(field, observer));
         let examined = Examined {
-            found: result,
+            found: found.result,
             channels: channels.transpose()?.unwrap_or_default(),
         };
         Ok(Found {
             result: Box::new(examined),
-            beside,
+            ..found
         })
     }
 }
