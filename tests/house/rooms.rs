@@ -134,12 +134,3 @@ fn no_arrow_points_up() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
-
-#[test]
-fn arrows_are_seen_in_paths_and_lists() {
-    let found = named(
-        "use crate::chain::{Run, scene::Setup};\nuse crate::{plot::{a, b}, Field};\nlet x = crate::budget::run();",
-    );
-    let expected = ["budget", "chain", "field", "plot"].map(str::to_owned);
-    assert_eq!(found, BTreeSet::from(expected));
-}
