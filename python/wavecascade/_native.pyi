@@ -101,7 +101,7 @@ def filter(source: _Source, words: list[str], progress: _Progress = None) -> dic
 def found(
     words: list[str],
     progress: _Progress = None,
-    sources: Sequence[_Source] = (),
+    sources: Sequence[_Source] = ...,
     scene: str | None = None,
     run: Run | None = None,
 ) -> dict[str, Any]: ...
