@@ -11,6 +11,8 @@ use wavecascade::Field;
 use wavecascade::error::InputFault;
 use wavecascade::field::{At, Axis, Label, OpenOptions, Quantity, ReadMode};
 
+use crate::{note, texts};
+
 fn beside(name: &str) -> Field {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/input_formats");
     Field::open(folder.join(name), &OpenOptions::default()).unwrap()
@@ -36,7 +38,7 @@ fn val_peer_rates_and_units_beside_the_samples() {
         assert_eq!(field.space, space, "{name}");
         assert_eq!(field.unit.as_deref(), Some("mm/s"));
         assert_eq!(field.quantity, Quantity::Velocity);
-        let said: Vec<&str> = field.notes.iter().map(|note| &note.text[..]).collect();
+        let said: Vec<&str> = texts(&field);
         let said = said.join("\n");
         assert!(said.contains("fs` = 100000 is the sampling rate"), "{said}");
         assert!(said.contains("unit` = \"mm/s\" is the unit"), "{said}");
@@ -122,11 +124,7 @@ fn regress_what_a_reader_doubts_is_a_warning() {
     place.write("a.lammpstrj", frames);
     let options = reading(|it| it.variable = Some("vx".into()));
     let field = Field::open(place.path("a.lammpstrj"), &options).unwrap();
-    let doubt = field
-        .notes
-        .iter()
-        .find(|note| note.code == "remark")
-        .unwrap();
+    let doubt = note(&field, "remark").unwrap();
     assert!(doubt.is_doubtful, "{doubt:?}");
     assert!(doubt.text.contains("image flags"), "{doubt:?}");
 }

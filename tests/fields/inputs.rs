@@ -14,6 +14,8 @@ use wavecascade::Field;
 use wavecascade::error::{CoordinateKind, InputFault};
 use wavecascade::field::{Axis, Layout, OpenOptions, TimeColumn};
 
+use crate::texts;
+
 #[test]
 fn val_numpy_savetxt_with_a_header() {
     let place = Place::new();
@@ -53,13 +55,7 @@ fn val_numpy_savetxt_without_a_header() {
         assert_eq!(values(&read), field, "{header:?}");
         assert_eq!(read.time, axis(2.5e-4, None));
         let said = "the first column holds the times, since it rises evenly by 0.00025";
-        assert_eq!(
-            read.notes
-                .iter()
-                .map(|note| &note.text[..])
-                .collect::<Vec<_>>(),
-            [said]
-        );
+        assert_eq!(texts(&read), [said]);
         let options = reading(|it| it.time_column = TimeColumn::None);
         let all = Field::open(place.path("a.csv"), &options).unwrap();
         assert_eq!((all.n_sites(), all.notes.len()), (3, 0));
@@ -129,10 +125,7 @@ fn val_numpy_savez_with_short_names() {
             assert_eq!(read.space, axis(0.002, None));
             let [v, t, x] = names;
             let said = format!("variable `{v}` is the field, `{t}` its times, `{x}` its sites");
-            assert_eq!(
-                read.notes.iter().map(|note| &note.text).collect::<Vec<_>>(),
-                [&said]
-            );
+            assert_eq!(texts(&read), [&said]);
         }
     }
     // Single precision: the step that was meant.

@@ -15,6 +15,8 @@ use wavecascade::error::InputFault;
 use wavecascade::field::{Delays, Label, Layout, OpenOptions, Quantity, Selection, inspect};
 use wavecascade::{Error, Field};
 
+use crate::note;
+
 const TIMES: usize = 5;
 const HEIGHTS: usize = 3;
 const SITES: usize = 4;
@@ -81,7 +83,7 @@ fn val_definition_a_further_dimension_is_taken_where_it_is_stated() {
         let expected = Array2::from_shape_fn((TIMES, SITES), |(n, j)| sample(n, h, j));
         assert_eq!(values(&field), expected, "{stated}");
         // Between two of them, it is said which one is taken.
-        let said = field.notes.iter().find(|note| note.code == "nearest");
+        let said = note(&field, "nearest");
         assert_eq!(
             said.is_some(),
             stated.contains("1.2 m") || stated.contains("1400"),
@@ -416,12 +418,7 @@ fn val_definition_jitter_is_told_and_limited() {
         }
         let field = opened(&place, "a.npz", &options);
         assert_eq!(field.time.step, 1.0);
-        let said = &field
-            .notes
-            .iter()
-            .find(|note| note.code == "jitter")
-            .unwrap()
-            .text;
+        let said = &note(&field, "jitter").unwrap().text;
         let told = format!(
             "the time coordinates are taken as even; index 17 deviates by {deviation} of a step"
         );
@@ -455,12 +452,7 @@ fn val_peer_segyio_traces_that_begin_at_different_times() {
         other => panic!("{other:?}"),
     };
     let field = open(Delays::Ignore, "1 ms").unwrap();
-    let is_told = |field: &Field| {
-        field
-            .notes
-            .iter()
-            .any(|note| note.code == "delays" && note.is_doubtful)
-    };
+    let is_told = |field: &Field| note(field, "delays").is_some_and(|note| note.is_doubtful);
     assert!(is_told(&field));
     let whole = values(&field);
     let (n_times, n_sites) = whole.dim();
@@ -513,9 +505,7 @@ fn read_by_its_peer(
 }
 
 fn start(field: &Field) -> Option<&str> {
-    let starts = |note: &'_ wavecascade::field::Note| note.code == "start";
-    let note = field.notes.iter().find(|note| starts(note))?;
-    note.text.strip_prefix("times count from ")
+    note(field, "start")?.text.strip_prefix("times count from ")
 }
 
 #[test]

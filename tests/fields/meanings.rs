@@ -9,6 +9,8 @@ use wavecascade::field::OpenOptions;
 use wavecascade::measure;
 use zip::CompressionMethod;
 
+use crate::{note, texts};
+
 fn field(name: &str, bytes: impl AsRef<[u8]>) -> Field {
     let folder = Folder::new();
     let opened = Field::open(folder.write(name, bytes), &OpenOptions::default());
@@ -108,11 +110,8 @@ fn val_definition_scales_by_channel() {
         matches!(refused, InputFault::Factors { found: 3, .. }),
         "{refused}"
     );
-    let said = field("a.npz", beside(&[("gain", list(&[1.0, 2.0]))])).notes;
-    assert!(
-        said.iter()
-            .any(|note| note.code == "unused" && note.is_doubtful)
-    );
+    let unused = field("a.npz", beside(&[("gain", list(&[1.0, 2.0]))]));
+    assert!(note(&unused, "unused").is_some_and(|note| note.is_doubtful));
 }
 
 /// CF conventions, 2.5.1, and the NetCDF user guide, appendix A: samples outside of the limits are gaps. Limits count in
@@ -177,7 +176,7 @@ fn val_numpy_dates_and_spans_of_time() {
             field.time
         );
         assert!(unit.is_some(), "{descr}");
-        let is_dated = field.notes.iter().any(|note| note.code == "start");
+        let is_dated = note(&field, "start").is_some();
         assert_eq!(is_dated, start > 0, "{descr}");
     }
 }
@@ -317,8 +316,7 @@ fn regress_a_stated_step_overrules_in_words() {
             (0.001, Some("s")),
             "{name}"
         );
-        let said: Vec<&str> = field.notes.iter().map(|note| &note.text[..]).collect();
-        let said = said.join("; ");
+        let said = texts(&field).join("; ");
         let all_said = replaced.iter().all(|one| said.contains(one));
         assert!(
             said.contains("takes the place of") && all_said,

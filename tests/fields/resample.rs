@@ -14,6 +14,8 @@ use wavecascade::Field;
 use wavecascade::error::InputFault;
 use wavecascade::field::{Interpolation, OpenOptions, Resample};
 
+use crate::note;
+
 pub fn reference() -> Value {
     serde_json::from_str(include_str!("../data/interpolation.json")).unwrap()
 }
@@ -29,12 +31,10 @@ pub fn by(method: Interpolation) -> OpenOptions {
 
 /// The index of the sample that is farthest from its place, and by how much of a step.
 fn resampled(field: &Field) -> Option<(usize, f64)> {
-    let note = field.notes.iter().find(|note| note.code == "resampled")?;
-    let (_, said) = note
+    let (_, said) = note(field, "resampled")?
         .text
-        .split_once("even time coordinates")?
-        .1
-        .split_once("index ")?;
+        .split_once("even time coordinates")?;
+    let (_, said) = said.split_once("index ")?;
     let mut words = said.split(' ');
     Some((words.next()?.parse().ok()?, words.nth(1)?.parse().ok()?))
 }

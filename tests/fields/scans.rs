@@ -19,6 +19,7 @@ use wavecascade::field::{
 use wavecascade::{Error, Field};
 
 use crate::resample::{numbers, reference};
+use crate::texts;
 
 const TIMES: usize = 120;
 const SITES: usize = 7;
@@ -405,12 +406,7 @@ fn val_definition_equal_positions_are_averaged() {
     let expected = ndarray::array![[1.5, 1.0], [3.0, 5.0], [2.5, 2.0], [2.0, 7.0]];
     assert_eq!(values(&scanned.field), expected);
     assert_eq!(scanned.records.len(), 3);
-    let said: Vec<&str> = scanned
-        .field
-        .notes
-        .iter()
-        .map(|note| &note.text[..])
-        .collect();
+    let said = texts(&scanned.field);
     assert!(
         said[0].contains("3 files are one field, 2 sites"),
         "{said:?}"

@@ -11,6 +11,8 @@ use wavecascade::Field;
 use wavecascade::error::InputFault;
 use wavecascade::field::{Axis, OpenOptions, Quantity, TimeColumn};
 
+use crate::note;
+
 fn table(name: &str, text: &str) -> Field {
     table_with(name, text, &OpenOptions::default())
 }
@@ -148,11 +150,7 @@ fn val_definition_units_of_channels() {
     assert_eq!(field.quantity, Quantity::Velocity);
     let field = table("a.csv", "Time,A,B\n(ms),(V),(mV)\n0,1,2\n1,3,4\n2,5,6\n");
     assert_eq!(field.unit, None);
-    let remark = field
-        .notes
-        .iter()
-        .find(|note| note.code == "remark")
-        .unwrap();
+    let remark = note(&field, "remark").unwrap();
     assert!(remark.text.contains("V and mV"), "{remark:?}");
 }
 
@@ -296,10 +294,8 @@ fn val_construction_a_stated_step_over_the_times_of_a_file() {
     let read = |dt: Option<f64>| {
         let options = reading(|it| it.dt = dt.map(Into::into));
         let field = table_with("a.csv", &text, &options);
-        let mut replaced = field.notes.iter().filter(|note| note.code == "replaced");
-        let replaced = replaced
-            .next()
-            .map(|note| (note.is_doubtful, note.text.clone()));
+        let replaced = note(&field, "replaced");
+        let replaced = replaced.map(|note| (note.is_doubtful, note.text.clone()));
         (field.time.step, replaced)
     };
     assert_eq!(read(Some(0.01)), (0.01, None));
