@@ -49,10 +49,6 @@ impl<D: Describe + ?Sized> Describe for Box<D> {
         (**self).describe()
     }
 
-    fn pictures(&self) -> Vec<PlotRow> {
-        (**self).pictures()
-    }
-
     fn figures(&self) -> Vec<FigureLayout> {
         (**self).figures()
     }

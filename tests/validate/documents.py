@@ -7,6 +7,8 @@ import re
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 GUIDE = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs/guide").glob("*.md"))
 NUMBER = r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
+#: A block of code.
+BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 #: Heights of the bars of a profile.
 BARS = "▁▂▃▄▅▆▇█"
 
@@ -20,7 +22,7 @@ def text(page):
 
 def blocks(page):
     """Languages of the blocks of a page with their content."""
-    return re.findall(r"^```(\w*)\n(.*?)^```", text(page), re.MULTILINE | re.DOTALL)
+    return BLOCK.findall(text(page))
 
 
 def commands(shell):
@@ -30,11 +32,12 @@ def commands(shell):
 
 
 def outputs(page):
-    """Shell with what it prints: the next block, or a comment that ends with `; ...`."""
-    all_blocks = blocks(page)
-    for (language, shell), (next_language, printed) in itertools.pairwise([*all_blocks, ("", "")]):
-        if (language, next_language) == ("sh", "text"):
-            yield shell, printed
+    """Shell with what it prints: the next block, at once or after a colon; or comments with `; ...`."""
+    for shell, follows in itertools.pairwise(BLOCK.finditer(text(page))):
+        between = text(page)[shell.end() : follows.start()].rstrip()
+        if (shell[1], follows[1]) == ("sh", "text") and between[-1:] in ("", ":"):
+            yield shell[2], follows[2]
+    for language, shell in blocks(page):
         if language == "sh" and (comments := re.findall(r"^# (.+); \.\.\.$", shell, re.MULTILINE)):
             yield "\n".join(commands(shell)), "\n".join(comments)
 

@@ -229,7 +229,7 @@ fn column(angle: &str, ends: [&str; 2], expected: [f64; 18]) -> Outcome<Column> 
     let spectrum = |count: usize, names: [&str; 2]| {
         let part = temporal.slice(s![..shown.len(), ..count]);
         let axes = [cells(names[0], &sites[..count]), cells(names[1], shown)];
-        map("density", part, axes)
+        map("density ((m/s)² s/Hz)", part, axes)
     };
     let velocity = map(
         "velocity (m/s)",
@@ -248,12 +248,9 @@ fn column(angle: &str, ends: [&str; 2], expected: [f64; 18]) -> Outcome<Column> 
     Ok(Column {
         maps: [
             (format!("{angle}°: v(x, t), 200 cylinders"), velocity),
-            (format!("{angle}°: S(f, x) [(m/s)² s/Hz]"), whole),
+            (format!("{angle}°: S(f, x), 200 cylinders"), whole),
             (format!("{angle}°: S(f, x), first {FIRST} sites"), first),
-            (
-                format!("{angle}°: S(k, t) [(m/s)²/(rad/site)], chain of 40"),
-                over_k.map,
-            ),
+            (format!("{angle}°: S(k, t), 40 cylinders"), over_k.map),
         ],
         lines: [Vec::new(), by_site, Vec::new(), over_k.line],
         peak,
@@ -304,7 +301,7 @@ fn over_wavenumbers(angle: &str, end: &str) -> Outcome<OverWavenumbers> {
         cells("time (ms)", &times),
     ];
     Ok(OverWavenumbers {
-        map: map("density", spatial.view(), axes),
+        map: map("density ((m/s)² site/rad)", spatial.view(), axes),
         line: line.map(|(k, t)| (mean(k), mean(t))).collect(),
         high,
     })

@@ -13,7 +13,7 @@ use super::scan::ChannelScan;
 use crate::error::Result;
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
-use crate::sheet::{Describe, PlotRow, Sheet, Warning, number, percent, six_digits};
+use crate::sheet::{Describe, FigureLayout, Sheet, Warning, number, percent, six_digits};
 use look::Look;
 
 const LEAVE_OUT: &str =
@@ -87,8 +87,8 @@ impl<D: Describe> Describe for Examined<D> {
         sheet
     }
 
-    fn pictures(&self) -> Vec<PlotRow> {
-        self.found.pictures()
+    fn figures(&self) -> Vec<FigureLayout> {
+        self.found.figures()
     }
 }
 
