@@ -30,7 +30,7 @@ use rayon::prelude::*;
 
 pub use crate::sheet::{
     Band, Chart, Colors, Curve, FigureLayout, HeatChart, Level, Look, Mark, Marker, PALETTE, Plot,
-    PlotRow, Role, Series, around, extent, magnitudes, ordinary,
+    PlotRow, Role, Series, Weight, around, extent, magnitudes, ordinary,
 };
 pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
 pub use layout::figures_of;

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use figures::{save_figure, style};
-use wavecascade::plot::{Chart, FigureLayout, Look, Marker, Series};
+use wavecascade::plot::{Chart, FigureLayout, Look, Marker, Series, Weight};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -201,13 +201,13 @@ fn chart(rows: &[Row], kappa: f64, times: (f64, f64)) -> Chart {
             "cascade" => Look::Line,
             _ => Look::Dashed,
         };
-        let width = match (style.program, style.scheme) {
-            ("cascade", "nystrom") => 3.4,
-            _ => 1.8,
+        let weight = match (style.program, style.scheme) {
+            ("cascade", "nystrom") => Weight::Bold,
+            _ => Weight::Normal,
         };
         let series = Series::line(style.label, style.colour, points.collect());
         Series {
-            width,
+            weight,
             ..series.with(look).marked(style.mark)
         }
     };

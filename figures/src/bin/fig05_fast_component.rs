@@ -4,8 +4,9 @@
 //! localized waves, `eps = kappa^{-2/3}`: what the paper expands to first order, exactly.
 //! Command: `cargo run --release -p figures --bin fig05_fast_component`; seconds.
 //! Shows: orders 2 to 7, time in cells.
-//! Asserts: as many maxima as the order says, counted on the drawn curve; evenness; that the curve
-//! ends where nothing is left, below 1e-8 of its largest value.
+//! Asserts: as many maxima as the order says, counted on the drawn curve; evenness within the
+//! root of a force's rounding error; that the curve ends where nothing is left, below 1e-8 of its
+//! largest value.
 //! Differs: these are no solutions of the paper's equation 17, which it draws. That equation is of first order in
 //! eps and driven by a fitted slow wave; its ratios are up to 42 % off (`table1_stiffness_ratios`).
 
@@ -36,7 +37,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
         let mirrored = points.iter().rev();
         let uneven = points.iter().zip(mirrored).map(|(a, b)| (a.1 - b.1).abs());
-        assert!(uneven.fold(0.0, f64::max) < 1e-9);
+        let uneven = uneven.fold(0.0, f64::max);
+        // Where a force is its rounding error, the slow part is the root of that.
+        assert!(uneven < 10.0 * f64::EPSILON.powf(2.0 / 3.0) / eps);
         let curves = vec![("", points)];
         panels.push(Panel {
             title: format!("order {order}, kappa = {:.4}", wave.ratio),

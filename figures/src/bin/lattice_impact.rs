@@ -14,7 +14,8 @@ use std::f64::consts::PI;
 
 use wavecascade::analyze::{Request, Results};
 use wavecascade::field::OpenOptions;
-use wavecascade::plot::{Format, Style, spacetime_spectrum};
+use wavecascade::plot::{Format, Style, figures_of};
+use wavecascade::sheet::Describe;
 use wavecascade::{Field, analyze};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -52,7 +53,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     assert!(farthest < allowed);
 
     let out = root.join("figures/out");
-    let figure = spacetime_spectrum(&analysis, &Style::screen()).ok_or("nothing to draw")?;
+    let (sheet, style) = (analysis.describe(), Style::screen());
+    let figures = figures_of(&analysis, &sheet, &analysis.name, "analyze", &style);
+    let figure = figures
+        .iter()
+        .find(|figure| figure.name() == "spacetime-spectrum");
+    let figure = figure.ok_or("nothing to draw")?;
     for (format, extension) in [(Format::Png, "png"), (Format::Svg, "svg")] {
         let named = out.join(format!("lattice_impact.{extension}"));
         std::fs::rename(figure.save(&out, format)?, &named)?;
