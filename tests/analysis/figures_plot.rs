@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use test_support::contains_all;
-use wavecascade::analyze::Analysis;
+use wavecascade::analyze::{Analysis, Reduction};
 use wavecascade::plot::plotters::prelude::*;
 use wavecascade::plot::{self, Canvas, Figure, Format, Style, px, sans};
 
@@ -95,7 +95,7 @@ fn axes_and_colour_bars_are_named_with_their_units() {
         ("space-time", [x, t, "no value"]),
         ("temporal-spectrum", [x, f, "Temporal spectrum"]),
         ("spatial-spectrum", [k, t, "k a / π"]),
-        ("spacetime-spectrum", [k, f, "towards +x: 91.2 %"]),
+        ("spacetime-spectrum", [k, f, "towards +x: "]),
         ("flux-surrogate", [k, t, "surrogate"]),
         ("along-x", [x, f, "centroid"]),
         ("along-t", [t, k, "k a / π"]),
@@ -137,7 +137,12 @@ fn the_note_states_the_whole_reduction() {
         ((400, 300), "up to 8 (vertical) × 1 (horizontal) samples"),
         ((1500, 1500), "up to 32 (vertical) × 3 (horizontal) samples"),
     ] {
-        analysis.field_map.as_mut().unwrap().values = ndarray::Array2::zeros(shape);
+        let map = analysis.field_map.as_mut().unwrap();
+        map.values = ndarray::Array2::zeros(shape);
+        map.reduction = Reduction::Extreme {
+            rows: 8,
+            columns: 1,
+        };
         let field = text(&analysis, "space-time");
         assert!(field.contains(note), "{field}");
     }

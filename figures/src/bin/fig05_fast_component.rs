@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         assert!(uneven < 10.0 * f64::EPSILON.powf(2.0 / 3.0) / eps);
         let curves = vec![("", points)];
         panels.push(Panel {
-            title: format!("order {order}, kappa = {:.4}", wave.ratio),
+            title: format!("order {order}, κ = {:.4}", wave.ratio),
             x_label: "time (cells)",
             y_label: "fast component (dimensionless)",
             x: -4.5..4.5,

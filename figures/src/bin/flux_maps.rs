@@ -58,7 +58,7 @@ fn main() -> Outcome<()> {
     }
     assert!((both[0].numbers[2] / both[1].numbers[2] - 2.2).abs() < 0.2);
 
-    let names = ["localized, kappa = 4.9272", "dispersive, kappa = 2.398"];
+    let names = ["localized, κ = 4.9272", "dispersive, κ = 2.398"];
     let mut maps: Vec<(String, &Map)> = Vec::new();
     for (of, name) in both.iter().zip(names) {
         let over_k = of.budget.wavenumber.as_ref().ok_or("no wavenumbers")?;
