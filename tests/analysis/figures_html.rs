@@ -109,8 +109,8 @@ fn names_are_escaped() {
     let page = html(&analysis);
     assert!(!page.contains("<script>alert") && !page.contains("<em>") && !page.contains("<i>"));
     assert!(page.contains("&lt;/script&gt;&lt;script&gt;alert(1)"));
-    let label = &payload(&analysis)["pictures"][0]["label"];
-    assert_eq!(label, "</script><i>");
+    let data = payload(&analysis);
+    assert_eq!(picture(&data, "space-time")["label"], "</script><i>");
 }
 
 #[test]

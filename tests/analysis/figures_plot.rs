@@ -99,7 +99,7 @@ fn axes_and_colour_bars_are_named_with_their_units() {
         ("flux-surrogate", [k, t, "surrogate"]),
         ("along-x", [x, f, "centroid"]),
         ("along-t", [t, k, "k a / π"]),
-        ("short-time", [t, f, "position (m) = 1.5"]),
+        ("short-time", [t, f, "position (m) = 1.49"]),
         ("short-space", [x, "time (s) = 0.05", "k a / π"]),
     ] {
         let text = text(&analysis, name);

@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 
 use ndarray::Array2;
+use wavecascade::Field;
 use wavecascade::analyze::*;
 use wavecascade::field::Axis;
 use wavecascade::plot::{Figure, Style, figures_of};
 use wavecascade::prepare::Window;
-use wavecascade::{Field, formula::Constants};
 
 /// The figures of an analysis.
 pub fn drawn(analysis: &Analysis, style: &Style) -> Vec<Figure> {
@@ -24,7 +24,7 @@ pub fn figure(analysis: &Analysis, name: &str, style: &Style) -> Figure {
 /// A pulse that grows a tail of high frequency, 400 times by 300 sites, with a law to compare and
 /// two warnings; a block of each map holds no value.
 pub fn full() -> Analysis {
-    let mut law = Dispersion::parse("340*k", &Constants::default()).unwrap();
+    let mut law = Dispersion::parse("340*k", &Default::default()).unwrap();
     law.name = "340 <m/s> & \"free\"".into();
     let request = Request {
         dispersion: Some(vec![law]),
@@ -101,16 +101,14 @@ fn maps(analysis: &mut Analysis) -> [Option<&mut Map>; 5] {
 
 /// Everything, with short-time spectra at these times.
 fn request(times: &[f64]) -> Request {
-    Request {
+    let mut request = Request {
         window_time: Window::Hann,
         window_space: Window::Hann,
         show: Show::WHOLE,
-        short_time: ShortTime {
-            times: times.to_vec(),
-            ..ShortTime::default()
-        },
         ..Request::default()
-    }
+    };
+    request.short_time.times = times.to_vec();
+    request
 }
 
 fn pulse() -> Field {
