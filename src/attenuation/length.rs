@@ -10,7 +10,7 @@ use super::curve::{
 };
 use super::fit::{Criterion, fit};
 use super::high_band::default_edge;
-use super::members::{Known, Pair, StoredChains, Studied, follow};
+use super::members::{Known, Pair, StoredChains, follow};
 use super::pulse::Sense;
 use crate::chain::Simulation;
 use crate::chain::scene::{SceneSource, Units};
@@ -82,20 +82,12 @@ impl AttenuationRequest {
     /// # Errors
     /// [`crate::Error::Request`] for missing or invalid values.
     fn check(&self) -> Result<()> {
-        Error::require(
-            !self.chains.is_empty(),
-            "chains",
-            "at least one chain",
-            "none",
-        )?;
+        let is_so = !self.chains.is_empty();
+        Error::require(is_so, "chains", "at least one chain", "none")?;
         let is_so = (2..=MOST).contains(&self.length);
         Error::require(is_so, "bodies", format!("2 to {MOST}"), self.length)?;
-        Error::require(
-            !self.senses.is_empty(),
-            "sense",
-            "chain, wall or both",
-            "none",
-        )?;
+        let is_so = !self.senses.is_empty();
+        Error::require(is_so, "sense", "chain, wall or both", "none")?;
         let target = self.target.unwrap_or(0.5);
         let is_so = target > 0.0 && target < 1.0;
         Error::require(is_so, "target", "a number between 0 and 1", target)?;
@@ -104,12 +96,8 @@ impl AttenuationRequest {
         Error::require(is_so, "band-edge-frequency", "0 or more", edge)?;
         let own = [self.length];
         let lengths = self.lengths.as_deref().unwrap_or(&own);
-        Error::require(
-            !lengths.is_empty(),
-            "lengths",
-            "at least one length",
-            "none",
-        )?;
+        let is_so = !lengths.is_empty();
+        Error::require(is_so, "lengths", "at least one length", "none")?;
         lengths.iter().try_for_each(|n| {
             let expected = format!("1 to {MOST} bodies each");
             Error::require((1..=MOST).contains(n), "lengths", expected, n)
@@ -162,11 +150,7 @@ impl AttenuationRequest {
         }
         let known = Known::open(directory, &StoredChains::new(scenes, "bodies"))?;
         let pairs = courses.iter().flat_map(|(_, pairs)| pairs);
-        let Studied {
-            curves,
-            failed,
-            computed,
-        } = follow(pairs, &known, observer, || {
+        let (curves, failed, computed) = follow(pairs, &known, observer, || {
             let curve = |(course, pairs): &(Course, Vec<Pair>)| {
                 self.curve(course, pairs, &known, &CancelOnly(observer))
             };
@@ -309,29 +293,21 @@ struct Course {
 impl Course {
     /// The chain of a length, or of its own where that is fixed, and its reference.
     fn pair(&self, bodies: usize) -> Result<Pair> {
-        let attempts: Result<Vec<Simulation>> = match (self.sense, self.make.extends) {
+        let longer = |k| self.make.with_bodies(bodies + ((MARGIN + bodies / 4) << k));
+        let setups = match (self.sense, self.make.extends) {
             (_, false) => vec![self.make.setup()],
             (Sense::Wall, true) => vec![self.make.with_bodies(bodies)],
-            (Sense::Chain, true) => (0..=DOUBLINGS)
-                .map(|k| self.make.with_bodies(bodies + ((MARGIN + bodies / 4) << k)))
-                .collect(),
-        }
-        .into_iter()
-        .map(|setup| Ok(setup?.simulation))
-        .collect();
-        let attempts = attempts?;
+            (Sense::Chain, true) => (0..=DOUBLINGS).map(longer).collect(),
+        };
+        let attempts = setups.into_iter().map(|setup| Ok(setup?.simulation));
+        let attempts = attempts.collect::<Result<Vec<Simulation>>>()?;
         let wanted = match (self.sense, self.make.extends) {
             (Sense::Wall, false) => attempts[0].chain.n_sites() - 1,
             _ => bodies,
         };
         let name = format!("{}, {}, {wanted} bodies", self.name, self.sense.name());
-        Pair::new(
-            &name,
-            attempts,
-            &self.pattern,
-            (self.sense, wanted),
-            self.edge,
-        )
+        let place = (self.sense, wanted);
+        Pair::new(&name, attempts, &self.pattern, place, self.edge)
     }
 
     /// Whether the force of a length is among those that are compared.

@@ -131,16 +131,8 @@ fn members<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Vec<&'a FollowedChain> 
     all.filter(|member| seen.insert(&member.key)).collect()
 }
 
-/// What was found of chains.
-pub(super) struct Studied<C> {
-    pub(super) curves: Vec<C>,
-    /// Names and reasons of the chains that failed.
-    pub(super) failed: Vec<(String, String)>,
-    /// How many were simulated in this run.
-    pub(super) computed: usize,
-}
-
-/// Follows the pulses of chains and their references in parallel, then makes curves, which may need further ones.
+/// Follows the pulses of chains and their references in parallel, then makes curves, which may need further ones. The
+/// curves, names and reasons of the chains that failed, and how many were simulated in this run.
 ///
 /// # Errors
 /// As [`Journal::each`], and those of `curves`.
@@ -149,24 +141,19 @@ pub(super) fn follow<'a, C>(
     known: &Known,
     observer: &dyn Observer,
     curves: impl FnOnce() -> Result<Vec<C>>,
-) -> Result<Studied<C>> {
+) -> Result<(Vec<C>, Vec<(String, String)>, usize)> {
     let members = members(pairs);
     known.each("pulses", &members, observer, |member, observer| {
         member.outcome(known, observer).map(drop)
     })?;
     let curves = curves().map_err(|error| known.paused(error, members.len()))?;
     known.sync()?;
-    let failed = members
-        .iter()
-        .filter_map(|member| match known.known(&member.key)? {
-            Outcome::Failed(reason) => Some((member.name.clone(), reason)),
-            Outcome::Done(_) => None,
-        });
-    Ok(Studied {
-        curves,
-        failed: failed.collect(),
-        computed: known.computed(),
-    })
+    let failed = members.iter();
+    let failed = failed.filter_map(|member| match known.known(&member.key)? {
+        Outcome::Failed(reason) => Some((member.name.clone(), reason)),
+        Outcome::Done(_) => None,
+    });
+    Ok((curves, failed.collect(), known.computed()))
 }
 
 impl FollowedChain {

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::chains::{Pattern, SceneTemplate};
 use super::extremum::{CurvePoint, Extremum, extrema, resolved};
 use super::marks::{LocalizedMark, Waves, localized_marks};
-use super::members::{Known, Pair, StoredChains, Studied, follow};
+use super::members::{Known, Pair, StoredChains, follow};
 use super::pulse::{Located, Pulse, Sense};
 use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::observer::{CancelOnly, Observer};
@@ -116,9 +116,8 @@ impl TransmissionRequest {
         let over = SweptKey::parse(&self.over);
         let over = over.map_err(|error| error.of_option("vary", "against"))?;
         let values = self.values(&over)?;
-        let axes: Result<Vec<SweptKey>> =
-            self.vary.iter().map(|text| SweptKey::parse(text)).collect();
-        let axes = axes?;
+        let axes = self.vary.iter().map(|text| SweptKey::parse(text));
+        let axes = axes.collect::<Result<Vec<SweptKey>>>()?;
         if let Some(axis) = axes.iter().find(|axis| axis.key == over.key) {
             let expected = "another key than the abscissa";
             return Err(Error::request("vary", expected, &axis.key));
@@ -130,28 +129,21 @@ impl TransmissionRequest {
             .map(|settings| ChainSeries::new(&make, &over.key, settings))
             .collect();
         // All scenes are checked before any simulation.
-        let all = families
-            .iter()
-            .flat_map(|family| values.iter().map(move |at| (family, *at)));
-        let chains: Result<Vec<SeriesChain>> = all.map(|(family, at)| family.chain(at)).collect();
-        let chains = chains?;
+        let of = |family| values.iter().map(move |at| ChainSeries::chain(family, *at));
+        let chains = families.iter().flat_map(of);
+        let chains = chains.collect::<Result<Vec<SeriesChain>>>()?;
         let known = Known::open(directory, &StoredChains::new(vec![scene], &over.key))?;
         let pairs = chains.iter().map(|(pair, ..)| pair);
-        let Studied {
-            curves,
-            failed,
-            computed,
-        } = follow(pairs, &known, observer, || {
+        let (curves, failed, computed) = follow(pairs, &known, observer, || {
             let mut waves = Waves::default();
             let mut curve =
                 |family: &ChainSeries| self.curve(family, &values, &known, &mut waves, observer);
             families.iter().map(&mut curve).collect()
         })?;
+        let units = chains.last().map(|(_, setup, _)| setup.units);
         Ok(Transmission {
             key: over.key,
-            units: chains
-                .last()
-                .map_or(Units::None, |(_, setup, _)| setup.units),
+            units: units.unwrap_or(Units::None),
             curves,
             failed,
             computed,
@@ -160,11 +152,8 @@ impl TransmissionRequest {
 
     /// The abscissa values, in ascending order.
     fn values(&self, over: &SweptKey) -> Result<Vec<f64>> {
-        let numbers: Option<Vec<f64>> = over
-            .values
-            .iter()
-            .map(|text| text.parse().ok().filter(|v: &f64| v.is_finite()))
-            .collect();
+        let finite = |text: &String| text.parse().ok().filter(|v: &f64| v.is_finite());
+        let numbers: Option<Vec<f64>> = over.values.iter().map(finite).collect();
         let Some(mut values) = numbers else {
             let expected = "numbers, without units, for the abscissa";
             return Err(Error::request("against", expected, over.values.join(", ")));
@@ -192,11 +181,8 @@ impl TransmissionRequest {
             value: point.map(|p| p.relative_force),
             error: point.map_or(0.0, |p| p.relative_force_error),
         };
-        let places = values
-            .iter()
-            .zip(&points)
-            .map(|(&at, point)| place(at, *point));
-        let mut places: Vec<CurvePoint> = places.collect();
+        let places = values.iter().zip(&points);
+        let mut places: Vec<CurvePoint> = places.map(|(at, point)| place(*at, *point)).collect();
         let nothing = places.iter().filter(|place| place.value.is_none());
         let nothing_at = nothing.map(|place| place.at).collect();
         let (mut turns, mut hidden) = (Vec::new(), Vec::new());
@@ -271,10 +257,8 @@ impl<'a> ChainSeries<'a> {
     fn chain(&self, value: f64) -> Result<SeriesChain> {
         let make = self.make.with(self.key, &format!("{value:?}"), "against");
         let (setup, pattern) = (make.setup()?, make.pattern()?);
-        let others = self
-            .settings
-            .iter()
-            .map(|(key, text)| format!("{key}={text}"));
+        let others = self.settings.iter();
+        let others = others.map(|(key, text)| format!("{key}={text}"));
         let all = others.chain([format!("{}={value:?}", self.key)]);
         let name = all.collect::<Vec<_>>().join(", ");
         let simulation = setup.simulation.clone();

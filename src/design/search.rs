@@ -5,7 +5,7 @@
 use ndarray::Array2;
 
 use crate::Result;
-use crate::numeric::{GoldenSection, Random};
+use crate::numeric::{Random, golden_section};
 
 /// Evaluates points; infinite for those that are none.
 pub(super) type Evaluate<'a> = &'a mut dyn FnMut(&[Vec<f64>]) -> Result<Vec<f64>>;
@@ -36,19 +36,11 @@ pub(super) fn bracket(runs: usize, evaluate: Evaluate) -> Result<()> {
     let values = evaluate(&grid)?;
     let best = least(&values);
     let ends = [best.saturating_sub(1), (best + 1).min(count - 1)].map(|i| grid[i][0]);
-    let mut left = runs.saturating_sub(count);
+    let left = runs.saturating_sub(count);
     if left < 2 {
         return Ok(());
     }
-    let mut one = |x: f64| Ok::<f64, crate::Error>(evaluate(&[vec![x]])?[0]);
-    let mut search = GoldenSection::new(ends, &mut one)?;
-    left -= 2;
-    while left > 0 && search.width() > CONVERGED {
-        let [c, d] = search.inner;
-        search.narrow(c.1 < d.1, &mut one)?;
-        left -= 1;
-    }
-    Ok(())
+    golden_section(ends, CONVERGED, left, |x| Ok(-evaluate(&[vec![x]])?[0])).map(drop)
 }
 
 /// Index of the least.

@@ -28,7 +28,6 @@ mod verdict;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub use cause::Cause;
@@ -46,10 +45,11 @@ pub use verdict::Misfit;
 use crate::chain::scene::SceneSource;
 use crate::numeric::Random;
 use crate::observer::{CancelOnly, Observer};
+use crate::system::journal::Outcome;
 use crate::{Error, Field, Result};
-use kept::{Kept, Searched};
+use kept::{Asked, Ended, Kept};
 use model::{Model, Other, rms};
-use solver::{Minimum, Problem, minimize};
+use solver::{Problem, minimize};
 
 /// Local error of runs, over the speed of the motion, and that of the runs that they are checked with.
 const LOCAL_ERROR: f64 = 1e-9;
@@ -199,100 +199,90 @@ impl FitRequest {
             until,
             left_out: records.times.len() - used.times.len(),
         });
-        let (best, searches, runs) = self.search(&model)?;
-        let fitted = self.judged(&mut model, best, (searches, horizon, error));
-        let mut fitted = fitted.map_err(|error| self.paused(error, self.starts))?;
-        fitted.runs = counted.runs() + runs;
+        let kept = Kept::open(self.resume.as_deref(), &Asked::of(self, &model)?)?;
+        let ended = self.search(&model, &kept)?;
+        let fitted = self.judged(&mut model, &ended, (horizon, error));
+        let mut fitted = fitted.map_err(|error| kept.paused(error, self.starts))?;
+        fitted.runs = counted.runs() + ended.iter().map(|search| search.runs).sum::<u64>();
         Ok(fitted)
     }
 
-    /// The chain at a minimum: what noise makes of it, and why it misses what it misses.
-    fn judged(&self, model: &mut Model, mut best: Minimum, about: Circumstances) -> Result<Fitted> {
-        // With the steps of no search, so that a resumed fit has the same bits.
-        best.columns = model.columns(&best.at, &mut Vec::new())?;
-        for _ in 0..REPEATED {
-            if model.gain_weight == 0.0 {
-                break;
+    /// The chain at the best minimum: what noise makes of it, and why it misses what it misses.
+    fn judged(&self, model: &mut Model, ended: &[Ended], about: Circumstances) -> Result<Fitted> {
+        let values = |at: &[f64]| {
+            let each = model.keys.iter().zip(at);
+            each.map(|(key, u)| key.value_at(*u)).collect()
+        };
+        let known = model.records.known() as f64;
+        let searches = ended.iter().map(|search| Search {
+            start: values(&search.start),
+            end: values(&search.end),
+            missed: (search.squares / known).sqrt(),
+            is_settled: search.is_settled,
+        });
+        let searches = searches.collect();
+        let least = ended.iter().min_by(|a, b| a.squares.total_cmp(&b.squares));
+        let at = least.map_or(&[][..], |search| &search.end);
+        let (mut best, mut predicted) = model.minimum(at)?;
+        if model.gain_weight > 0.0 {
+            for _ in 0..REPEATED {
+                let noise = result::judge(model, &best).gain_scale();
+                model.gain_weight = self.instruments.gain_weight(noise).unwrap_or(0.0);
+                best = minimize(model, &best.at)?;
             }
-            let noise = result::judge(model, &best).gain_scale();
-            model.gain_weight = self.instruments.gain_weight(noise).unwrap_or(0.0);
-            best = minimize(model, &best.at)?;
+            predicted = model.predicted(&best.at)?;
         }
-        let mut fitted = Fitted::of(model, &best, about)?;
+        let mut fitted = Fitted::of(model, &best, &predicted, about);
+        fitted.searches = searches;
         if let Some(misfit) = &fitted.misfit {
             fitted.cause = cause::cause(model, &best, &misfit.bodies)?;
         }
         Ok(fitted)
     }
 
-    /// Where searches that have ended are kept, the error of a fit that is stopped says how many.
-    fn paused(&self, error: Error, known: usize) -> Error {
-        match (error, &self.resume) {
-            (Error::Cancelled, Some(_)) => Error::Paused {
-                known,
-                members: self.starts,
-            },
-            (error, _) => error,
-        }
-    }
-
-    /// The best minimum, where all searches ended, and their runs.
-    fn search(&self, model: &Model) -> Result<(Minimum, Vec<Search>, u64)> {
+    /// Where all searches ended.
+    fn search(&self, model: &Model, kept: &Kept) -> Result<Vec<Ended>> {
         let mut first = vec![0.0; model.unknowns()];
         if self.instruments.time_shift {
             first[model.keys.len()] = aligned(model, &first)?;
         }
-        model.observer.stage("searches", self.starts as u64);
-        let kept = Kept::open(self, model)?;
-        let found: Vec<Result<Searched>> = (0..self.starts)
-            .into_par_iter()
-            .map(|search| {
-                let found = kept.search(search, model, |model| {
-                    let start = match search {
-                        0 => first.clone(),
-                        search => self.candidate(model, &first, search),
-                    };
-                    let found = minimize(model, &start)?;
-                    Ok((start, found))
-                });
-                model.observer.advance(1);
-                found
-            })
-            .collect();
-        let known = found.iter().filter(|found| found.is_ok()).count();
-        let values = |at: &[f64]| {
-            let each = model.keys.iter().zip(at);
-            each.map(|(key, u)| key.value_at(*u)).collect()
-        };
-        let (mut searches, mut runs, mut failed) = (Vec::new(), 0, None);
-        let mut best: Option<Minimum> = None;
-        for found in found {
-            let (start, found, of_search) = match found {
-                Err(error @ (Error::Cancelled | Error::Write { .. })) => {
-                    return Err(self.paused(error, known));
-                }
-                Err(error) => {
-                    failed = failed.or(Some(error));
-                    continue;
-                }
-                Ok(found) => found,
-            };
-            runs += of_search;
-            searches.push(Search {
-                start: values(&start),
-                end: values(&found.at),
-                missed: (found.squares / model.records.known() as f64).sqrt(),
-                is_settled: found.is_settled,
+        let searches: Vec<usize> = (0..self.starts).collect();
+        kept.each("searches", &searches, model.observer, |search, observer| {
+            let found = kept.member(search, || {
+                let counted = Counted::new(observer);
+                let model = Model {
+                    observer: &counted,
+                    ..*model
+                };
+                let start = match search {
+                    0 => first.clone(),
+                    search => self.candidate(&model, &first, *search),
+                };
+                let found = minimize(&model, &start)?;
+                Ok(Ended {
+                    start,
+                    end: found.at,
+                    squares: found.squares,
+                    is_settled: found.is_settled,
+                    runs: counted.runs(),
+                })
             });
-            if best
-                .as_ref()
-                .is_none_or(|best| found.squares < best.squares)
-            {
-                best = Some(found);
-            }
+            found.and_then(|_| kept.sync())
+        })?;
+        let outcomes = kept.outcomes();
+        let ended: Vec<Ended> = outcomes
+            .values()
+            .filter_map(Outcome::done)
+            .cloned()
+            .collect();
+        match outcomes.values().next() {
+            Some(Outcome::Failed(why)) if ended.is_empty() => Err(Error::request(
+                "free",
+                "keys with which the chain runs",
+                why,
+            )),
+            _ => Ok(ended),
         }
-        let best = best.ok_or_else(|| failed.unwrap_or(Error::Cancelled))?;
-        Ok((best, searches, runs))
     }
 
     /// Of some random points the one that fits best.

@@ -48,10 +48,8 @@ impl Search {
                 ..family
             };
             let problem = ahead.problem(grid);
-            let start = Root {
-                iterations: root.iterations,
-                ..problem.start(start.collect(), theta + slope * change)
-            };
+            let mut start = problem.start(start.collect(), theta + slope * change);
+            start.iterations = root.iterations;
             let found = problem.iterate(Parameter::Free, start, NEWTON);
             match found.filter(|it| it.converged && (it.theta / theta - 1.0).abs() < MOST_CHANGE) {
                 Some(found) => {

@@ -68,11 +68,8 @@ impl Search {
             let change = self.change(&root, &better);
             (grid, root) = (finer, better);
             let stalled = change < 1e-7 && change > 0.3 * resolution_change;
-            resolution_change = if stalled {
-                change.max(resolution_change)
-            } else {
-                change
-            };
+            let worst = change.max(resolution_change);
+            resolution_change = if stalled { worst } else { change };
             if change < GOAL || stalled {
                 break;
             }
@@ -82,12 +79,13 @@ impl Search {
                 change if change.is_finite() => format!("a relative change of {change:.1e}"),
                 _ => "a single resolution".to_owned(),
             };
-            let most = self.most_points;
-            return Err(unresolved(
-                "the localized wave",
-                format!("a ratio of order {order} that converges as the resolution is raised"),
-                format!("{found} with up to {most} grid points per half period"),
-            ));
+            let found = format!(
+                "{found} with up to {} grid points per half period",
+                self.most_points
+            );
+            let expected =
+                format!("a ratio of order {order} that converges as the resolution is raised");
+            return Err(unresolved("the localized wave", expected, found));
         }
         let longer = Grid {
             half: (grid.half as f64 * LONGER).round() as usize,
@@ -106,25 +104,15 @@ impl Search {
     fn again(&self, from: Grid, root: &Root, to: Grid, order: usize) -> Result<Root> {
         let series = self.family.series(from, &root.values);
         let problem = self.family.problem(to);
-        let start = problem.start(
-            self.family.sample(to, |i, t| series[i].value(t)),
-            root.theta,
-        );
-        let start = Root {
-            iterations: root.iterations,
-            ..start
-        };
+        let values = self.family.sample(to, |i, t| series[i].value(t));
+        let mut start = problem.start(values, root.theta);
+        start.iterations = root.iterations;
         let better = problem.iterate(Parameter::Free, start, NEWTON);
         better.filter(|better| better.converged).ok_or_else(|| {
-            unresolved(
-                "the localized wave",
-                format!("Newton's method to converge at order {order}"),
-                format!(
-                    "no convergence with {} grid points in a period of {}",
-                    2 * to.half,
-                    to.period
-                ),
-            )
+            let expected = format!("Newton's method to converge at order {order}");
+            let (points, period) = (2 * to.half, to.period);
+            let found = format!("no convergence with {points} grid points in a period of {period}");
+            unresolved("the localized wave", expected, found)
         })
     }
 
@@ -156,9 +144,8 @@ impl Search {
         let forces: Vec<f64> = forces.collect();
         let force = self.family.series(grid, &forces);
         let outer = (0..=50).map(|j| 0.5 * grid.period * (0.95 + 0.001 * f64::from(j)));
-        let outer: Vec<f64> = outer
-            .flat_map(|t| [force[0].value(t), force[1].value(t)])
-            .collect();
+        let outer = outer.flat_map(|t| [force[0].value(t), force[1].value(t)]);
+        let outer: Vec<f64> = outer.collect();
         let convergence = Convergence {
             resolution_change: 0.0,
             period_change: 0.0,

@@ -15,9 +15,8 @@ impl Series {
     /// The series that interpolates values at the 2 N times `t_j = j L / (2 N)`, `j = 1 - N..=N`.
     pub(super) fn through(period: f64, values: &[f64]) -> Series {
         let (m, n) = (values.len(), values.len() / 2);
-        let waves: Vec<(f64, f64)> = (0..m)
-            .map(|j| (TAU * j as f64 / m as f64).sin_cos())
-            .collect();
+        let angles = (0..m).map(|j| TAU * j as f64 / m as f64);
+        let waves: Vec<(f64, f64)> = angles.map(f64::sin_cos).collect();
         let terms = (0..=n).map(|k| {
             let is_end = k == 0 || k == n;
             let scale = if is_end { 1.0 } else { 2.0 } / m as f64;
@@ -50,9 +49,8 @@ impl Series {
     /// The largest amplitude among the last tenth of the terms, relative to the largest of all: a
     /// measure of the truncation error.
     pub fn spectral_tail(&self) -> f64 {
-        let size: Vec<f64> = (self.cosine.iter().zip(&self.sine))
-            .map(|(c, s)| c.hypot(*s))
-            .collect();
+        let terms = self.cosine.iter().zip(&self.sine);
+        let size: Vec<f64> = terms.map(|(c, s)| c.hypot(*s)).collect();
         largest(&size[size.len() * 9 / 10..]) / largest(&size)
     }
 

@@ -122,15 +122,11 @@ mod tests {
     #[test]
     fn val_known_zeros_of_powers_with_uneven_sides() {
         for (power, steeper, zero) in [(2.0, 1.0, 0.3), (2.2, 3.0, -0.45), (2.5, 2.0, 0.05)] {
-            let f = |x: f64| {
-                let side = if x > zero { steeper } else { 1.0 };
-                side * (x - zero).abs().powf(power)
-            };
+            let side = |x: f64| if x > zero { steeper } else { 1.0 };
+            let f = |x: f64| side(x) * (x - zero).abs().powf(power);
             let (at, calls) = closed(f, Bracket::next_of_amplitudes);
-            assert!(
-                (at - zero).abs() < 3e-6 && calls <= 26,
-                "{power}: {at} after {calls}"
-            );
+            let is_near = (at - zero).abs() < 3e-6;
+            assert!(is_near && calls <= 26, "{power}: {at} after {calls}");
         }
     }
 

@@ -1,6 +1,7 @@
 //! A localized wave and quantities derived from it.
 
 use super::convergence::Convergence;
+use super::family::Family;
 use super::series::{Series, largest};
 use crate::numeric::find_root;
 
@@ -113,6 +114,14 @@ impl Wave {
         }
     }
 
+    pub(super) fn family(&self) -> Family {
+        let (alternation, exponent) = (self.alternation, self.exponent);
+        Family {
+            alternation,
+            exponent,
+        }
+    }
+
     /// kappa or mu, named.
     pub fn ratio(&self) -> Ratio {
         self.alternation.ratio(self.ratio)
@@ -204,9 +213,8 @@ impl Wave {
     pub fn asymmetry(series: &Series) -> f64 {
         let (centre, height) = Wave::peak(series);
         let lags = (0..=COUNTING).map(|j| series.period() * f64::from(j) / f64::from(4 * COUNTING));
-        lags.map(|lag| (series.value(centre + lag) - series.value(centre - lag)).abs())
-            .fold(0.0, f64::max)
-            / height
+        let off = lags.map(|lag| series.value(centre + lag) - series.value(centre - lag));
+        largest(&off.collect::<Vec<f64>>()) / height
     }
 
     /// Full width at half height of the force in contact 0, in sites.

@@ -22,7 +22,7 @@ pub use ensemble::{Ensemble, Spread};
 pub use measures::{Measures, Needs};
 pub use request::{Outcome, Outcomes, Request, read};
 pub use sheet::Swept;
-pub(crate) use sheet::wide;
+pub(crate) use sheet::{ORDER, in_order, wide};
 
 use rayon::prelude::*;
 

@@ -120,14 +120,12 @@ fn places(at: &[f64]) -> String {
 }
 
 fn compared_words(compared: &Compared) -> String {
-    let error = match compared.measured.error {
-        Some(error) => format!(" +- {}", number(error)),
-        None => String::new(),
-    };
-    let within = match compared.in_errors {
-        Some(errors) => format!(" ({} standard errors)", number(errors)),
-        None => String::new(),
-    };
+    let known = |value: Option<f64>, words: fn(String) -> String| value.map(number).map(words);
+    let error = known(compared.measured.error, |error| format!(" +- {error}"));
+    let within = known(compared.in_errors, |errors| {
+        format!(" ({errors} standard errors)")
+    });
+    let [error, within] = [error, within].map(Option::unwrap_or_default);
     format!(
         "{}{error}, computed {}, difference {}{within}",
         number(compared.measured.value),
@@ -143,47 +141,34 @@ fn field_charts(
     computed: &Computed,
     measured: &Measured,
 ) -> Vec<Chart> {
-    let Measured::Field {
-        velocities,
-        arrivals,
-        ..
-    } = measured
-    else {
+    if measured.velocities.is_empty() {
         return Vec::new();
-    };
+    }
     let [velocity, time] = match units {
         Units::Si => ["velocity (m/s)", "time (s)"],
         Units::None => ["velocity", "time"],
     };
-    let all = [
-        (
+    let chart = |title, label, computed: &[(f64, f64)], measured| {
+        let mut series = vec![Series::line("computed", 0, computed.to_vec())];
+        series.extend(laid_over(measured));
+        Chart::of(title, x_label, label, series)
+    };
+    let arrival = "arrival: half of the largest velocity";
+    vec![
+        chart(
             "largest velocity",
             velocity,
             &computed.velocities,
-            velocities,
+            &measured.velocities,
         ),
-        (
-            "arrival: half of the largest velocity",
-            time,
-            &computed.arrivals,
-            arrivals,
-        ),
-    ];
-    let charts = all.map(|(title, label, computed, measured)| {
-        let mut series = vec![Series::line("computed", 0, computed.clone())];
-        series.extend(laid_over(measured));
-        Chart::of(title, x_label, label, series)
-    });
-    charts.into()
+        chart(arrival, time, &computed.arrivals, &measured.arrivals),
+    ]
 }
 
 fn laid_over(measured: &[MeasuredPoint]) -> Option<Series> {
-    let points: Vec<(f64, f64)> = measured.iter().map(|p| (p.at, p.value)).collect();
-    let errors = measured.iter().map(|p| p.error.unwrap_or(0.0)).collect();
-    (!points.is_empty()).then(|| Series {
-        errors,
-        ..Series::line("measured", 6, points).with(Look::Dots)
-    })
+    let points = measured.iter();
+    let points = points.map(|p| [p.at, p.value, p.error.unwrap_or(0.0)]);
+    (!measured.is_empty()).then(|| Series::with_errors("measured", 6, points).with(Look::Dots))
 }
 
 /// The points that rows have.
@@ -191,21 +176,11 @@ fn points<T>(rows: &[T], of: impl Fn(&T) -> Option<(f64, f64)>) -> Vec<(f64, f64
     rows.iter().filter_map(of).collect()
 }
 
-/// Measured forces, to lay over computed ones.
-fn forces_over(measured: &Measured) -> Option<Series> {
-    match measured {
-        Measured::Forces(points) => laid_over(points),
-        _ => None,
-    }
-}
-
 /// Names of keys with their values.
 fn named(settings: &[(String, String)]) -> String {
     let named = settings.iter();
-    let named: Vec<String> = named
-        .map(|(key, text)| format!("{} {text}", key.replace('_', " ")))
-        .collect();
-    listed(&named)
+    let named = named.map(|(key, text)| format!("{} {text}", key.replace('_', " ")));
+    listed(&named.collect::<Vec<_>>())
 }
 
 /// The numbers of a pulse: their names, and where they are in the JSON of a row.

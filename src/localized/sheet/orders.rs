@@ -13,6 +13,10 @@ use crate::sheet::{
 const SHOWN: usize = 4;
 /// Samples on each side of the centre of a wave that is drawn.
 const HALF: usize = 400;
+const ESTIMATE: [&str; 2] = [
+    "estimate",
+    "Asymptotic: a fast oscillation driven by the slow wave, exact or fitted.",
+];
 /// Cells on each side of the centre that are drawn.
 const REACH: f64 = 2.5;
 
@@ -26,26 +30,14 @@ pub struct Orders {
 impl Describe for Orders {
     fn describe(&self) -> Sheet<'_> {
         let family = self.comparison.family;
+        let (of, exponent) = (name_of(&family.alternation), family.exponent);
         let mut sheet = Sheet {
-            name: "localize",
             version: 2,
-            title: "Localized waves".into(),
-            about: format!(
-                "Dimers whose {} alternates, contact law of exponent {}",
-                name_of(&family.alternation),
-                family.exponent
-            ),
+            about: format!("Dimers whose {of} alternates, contact law of exponent {exponent}"),
             answer: self.answer(),
             records: self.records(),
-            definitions: vec![
-                LOCALIZED,
-                TIME,
-                [
-                    "estimate",
-                    "Asymptotic: a fast oscillation driven by the slow wave, exact or fitted.",
-                ],
-            ],
-            ..Sheet::default()
+            definitions: vec![LOCALIZED, TIME, ESTIMATE],
+            ..Sheet::of("localize", "Localized waves", "")
         };
         let short = Table::of_columns("Orders", &self.rows, &SHORT).printed();
         let leaks = Table::of_columns("Energy that pulses lose", &self.leaks(), &LEAKS).printed();
@@ -125,9 +117,8 @@ impl Orders {
             1 => format!("a localized wave at {of} ratio {ratios}"),
             _ => format!("localized waves at {of} ratios {ratios}"),
         };
-        let degrees: Vec<f64> = resolved()
-            .filter_map(|row| Some(row.angle?.degrees))
-            .collect();
+        let degrees = resolved().filter_map(|row| Some(row.angle?.degrees));
+        let degrees: Vec<f64> = degrees.collect();
         if !degrees.is_empty() {
             answer += &format!(", cylinders crossed at {} degrees", first(degrees));
         }
@@ -172,10 +163,8 @@ impl Orders {
             Chart::of(title, "time (cells)", "force / largest", series.collect())
         };
         let contacts = names.into_iter().enumerate();
-        contacts
-            .filter(|_| !profiles.is_empty())
-            .map(chart)
-            .collect()
+        let contacts = contacts.filter(|_| !profiles.is_empty());
+        contacts.map(chart).collect()
     }
 
     /// One row for each order, with all digits; unknown values are empty.
