@@ -83,8 +83,10 @@ fn linear(law: AttenuationLaw, first: f64, points: &[(f64, f64)]) -> Option<([f6
 pub(super) fn correlation(residuals: &[f64]) -> f64 {
     let all: f64 = residuals.iter().map(|r| r * r).sum();
     let neighbours: f64 = residuals.windows(2).map(|r| r[0] * r[1]).sum();
-    // Of residuals of 0 none.
-    (neighbours / all).max(0.0).min(0.98)
+    match all > 0.0 {
+        true => (neighbours / all).clamp(0.0, 0.98),
+        false => 0.0,
+    }
 }
 
 pub(super) fn judged(

@@ -26,7 +26,7 @@ mod solver;
 mod verdict;
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::AtomicU64;
 
 use serde::{Deserialize, Serialize};
 
@@ -44,7 +44,7 @@ pub use verdict::Misfit;
 
 use crate::chain::scene::SceneSource;
 use crate::numeric::Random;
-use crate::observer::{CancelOnly, Observer};
+use crate::observer::Observer;
 use crate::system::journal::Outcome;
 use crate::{Error, Field, Result};
 use kept::{Asked, Ended, Kept};
@@ -187,9 +187,9 @@ impl FitRequest {
         if self.starts == 0 {
             return Err(Error::request("starts", "1 or more", "0"));
         }
-        let counted = Counted::new(observer);
+        let runs = AtomicU64::new(0);
         let others = self.instruments.unknowns(&records);
-        let mut model = Model::of(scene, (&keys, &others), &records, &counted)?;
+        let mut model = Model::of(scene, (&keys, &others), &records, (observer, &runs))?;
         let noise = GUESSED_NOISE * records.size();
         model.gain_weight = self.instruments.gain_weight(noise).unwrap_or(0.0);
         records.check_number(model.unknowns())?;
@@ -203,7 +203,8 @@ impl FitRequest {
         let ended = self.search(&model, &kept)?;
         let fitted = self.judged(&mut model, &ended, (horizon, error));
         let mut fitted = fitted.map_err(|error| kept.paused(error, self.starts))?;
-        fitted.runs = counted.runs() + ended.iter().map(|search| search.runs).sum::<u64>();
+        let of_searches = ended.iter().map(|search| search.runs);
+        fitted.runs = runs.into_inner() + of_searches.sum::<u64>();
         Ok(fitted)
     }
 
@@ -249,9 +250,10 @@ impl FitRequest {
         let searches: Vec<usize> = (0..self.starts).collect();
         kept.each("searches", &searches, model.observer, |search, observer| {
             let found = kept.member(search, || {
-                let counted = Counted::new(observer);
+                let runs = AtomicU64::new(0);
                 let model = Model {
-                    observer: &counted,
+                    observer,
+                    runs: &runs,
                     ..*model
                 };
                 let start = match search {
@@ -264,7 +266,7 @@ impl FitRequest {
                     end: found.at,
                     squares: found.squares,
                     is_settled: found.is_settled,
-                    runs: counted.runs(),
+                    runs: runs.into_inner(),
                 })
             });
             found.and_then(|_| kept.sync())
@@ -381,42 +383,4 @@ fn reliable(model: &Model, at: &[f64]) -> Result<(Records, Option<f64>, f64)> {
         "a chain whose rounding errors stay small over the records: shorter records, or fewer bodies",
         format!("one whose runs agree until {until:e} alone, {share:.0} % of them"),
     ))
-}
-
-/// Counts runs, each of which asks once whether it is to stop.
-struct Counted<'a> {
-    observer: &'a dyn Observer,
-    runs: AtomicU64,
-}
-
-impl<'a> Counted<'a> {
-    fn new(observer: &'a dyn Observer) -> Self {
-        Counted {
-            observer,
-            runs: AtomicU64::new(0),
-        }
-    }
-
-    fn runs(&self) -> u64 {
-        self.runs.load(Ordering::Relaxed)
-    }
-}
-
-impl Observer for Counted<'_> {
-    fn stage(&self, name: &'static str, units: u64) {
-        match name {
-            "run" => {
-                self.runs.fetch_add(1, Ordering::Relaxed);
-            }
-            name => self.observer.stage(name, units),
-        }
-    }
-
-    fn advance(&self, units: u64) {
-        self.observer.advance(units);
-    }
-
-    fn cancelled(&self) -> bool {
-        CancelOnly(self.observer).cancelled()
-    }
 }

@@ -1,6 +1,7 @@
 //! What a chain with given values of the free keys would have measured.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
@@ -53,6 +54,8 @@ pub(super) struct Model<'a> {
     pub gain_weight: f64,
     pub local_error: f64,
     pub observer: &'a dyn Observer,
+    /// How many there were.
+    pub runs: &'a AtomicU64,
 }
 
 impl<'a> Model<'a> {
@@ -62,7 +65,7 @@ impl<'a> Model<'a> {
         scene: &'a SceneSource,
         (keys, others): (&'a [FreeKey], &'a [Other]),
         records: &'a Records,
-        observer: &'a dyn Observer,
+        (observer, runs): (&'a dyn Observer, &'a AtomicU64),
     ) -> Result<Model<'a>> {
         let setup = scene.setup().map_err(|error| scene.locate(error))?;
         records.check(&setup)?;
@@ -74,6 +77,7 @@ impl<'a> Model<'a> {
             records,
             gain_weight: 0.0,
             observer,
+            runs,
         })
     }
 
@@ -108,7 +112,7 @@ impl<'a> Model<'a> {
         let simulation = self.simulation(at)?;
         let clocks = self.others(at).filter(|(other, _)| *other == Other::Clock);
         let shift = clocks.map(|(_, u)| u).sum::<f64>() * self.records.step();
-        self.observer.stage("run", 1);
+        self.runs.fetch_add(1, Ordering::Relaxed);
         let times: Vec<f64> = self.records.times.iter().map(|t| t - shift).collect();
         let watch = CancelOnly(self.observer);
         simulated(&simulation, self.records, &times, local_error, &watch)

@@ -6,7 +6,7 @@ use super::cause::Cause;
 use super::result::{Fitted, FittedValue};
 use super::shown::{places, some_places, spectral_units, warn_of_horizon};
 use crate::sheet::{
-    Describe, Fact, PlotRow, Sheet, Table, error_size, listed, number, percent, with_half,
+    Cell, Describe, Fact, PlotRow, Sheet, Table, error_size, listed, number, percent, with_half,
     with_range, with_unit,
 };
 
@@ -112,19 +112,13 @@ impl Fitted {
     }
 
     fn table(&self) -> Table {
-        let row = |value: &FittedValue| {
-            vec![
-                value.name.clone(),
-                value.shown(),
-                match value.low.is_finite() {
-                    true => format!("{} to {}", number(value.low), number(value.high)),
-                    false => "undetermined".into(),
-                },
-                number(value.start),
-            ]
-        };
-        let head = ["value", "fitted", "95 % interval", "start"];
-        Table::of("values", &head, self.values.iter().map(row)).printed()
+        let columns: [(&str, Cell<FittedValue>); 4] = [
+            ("value", |value| Some(value.name.clone())),
+            ("fitted", |value| Some(value.shown())),
+            ("95 % interval", |value| Some(value.interval())),
+            ("start", |value| Some(number(value.start))),
+        ];
+        Table::of_columns("values", &self.values, &columns).printed()
     }
 
     fn searches_table(&self) -> Table {
@@ -305,6 +299,13 @@ impl Cause {
 }
 
 impl FittedValue {
+    fn interval(&self) -> String {
+        match self.low.is_finite() {
+            true => format!("{} to {}", number(self.low), number(self.high)),
+            false => "undetermined".into(),
+        }
+    }
+
     /// With half of its interval and its unit; with both ends of an interval that a bound cuts.
     pub fn shown(&self) -> String {
         let [below, above] = [self.value - self.low, self.high - self.value];

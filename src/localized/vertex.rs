@@ -103,38 +103,3 @@ impl Bracket {
 const PATIENCE: usize = 3;
 /// Closest distance to an end, as a share of the part.
 const EDGE: f64 = 1e-3;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn closed(f: impl Fn(f64) -> f64, next: impl Fn(&Bracket) -> f64) -> (f64, usize) {
-        let mut bracket = Bracket::new([-1.0, 0.1, 1.0].map(|x| (x, f(x))));
-        let mut calls = 0;
-        while bracket.width() > 1e-7 && f(bracket.best().0).abs() > 1e-14 && calls < 100 {
-            let x = next(&bracket);
-            bracket.narrow((x, f(x)));
-            calls += 1;
-        }
-        (bracket.best().0, calls)
-    }
-
-    #[test]
-    fn val_known_zeros_of_powers_with_uneven_sides() {
-        for (power, steeper, zero) in [(2.0, 1.0, 0.3), (2.2, 3.0, -0.45), (2.5, 2.0, 0.05)] {
-            let side = |x: f64| if x > zero { steeper } else { 1.0 };
-            let f = |x: f64| side(x) * (x - zero).abs().powf(power);
-            let (at, calls) = closed(f, Bracket::next_of_amplitudes);
-            let is_near = (at - zero).abs() < 3e-6;
-            assert!(is_near && calls <= 26, "{power}: {at} after {calls}");
-        }
-    }
-
-    #[test]
-    fn val_known_maximum() {
-        let f = |x: f64| -(-(x - 0.37f64).powi(2)).exp() - 0.1 * x;
-        let (at, calls) = closed(f, |b| b.next_of_parabola(3e-8));
-        let slope = 0.1 - 2.0 * (at - 0.37) * (-(at - 0.37f64).powi(2)).exp();
-        assert!(slope.abs() < 1e-6 && calls <= 16, "{at} after {calls}");
-    }
-}

@@ -54,7 +54,7 @@ impl Describe for Swept {
         let keys = self.request.vary.iter();
         let keys: Vec<&str> = keys.map(|axis| &*axis.key).collect();
         let ensembles = self.request.ensembles(&self.outcomes);
-        let count = self.count();
+        let count = self.request.members();
         let title = format!("Sweep over {}", keys.join(", ").replace('_', " "));
         let mut sheet = Sheet {
             about: format!("{count} chains of one scene; all numbers are in table.csv"),
@@ -105,12 +105,6 @@ fn words<'v>(pairs: impl Iterator<Item = (&'v str, &'v str)>) -> String {
 }
 
 impl Swept {
-    /// Members in all.
-    fn count(&self) -> usize {
-        let keys = self.request.vary.iter();
-        keys.map(|axis| axis.values.len()).product()
-    }
-
     /// Members that are done, each by itself.
     fn members(&self) -> Vec<Ensemble> {
         self.request.grouped(&self.outcomes, None)
@@ -227,7 +221,7 @@ impl Swept {
                 named => format!("{words} at {named}"),
             }
         };
-        let count = self.count();
+        let count = self.request.members();
         let known: usize = forces.iter().map(|(_, spread)| spread.members).sum();
         let of = match count - known {
             0 => String::new(),
@@ -278,7 +272,10 @@ impl Swept {
             (needing(Needs::EndTime), "a later `--end-time`"),
             (needing(Needs::Samples), "more `--samples`"),
             (needing(Needs::Tolerance), "a smaller `--tolerance`"),
-            (self.count() - self.outcomes.len(), "the other parts"),
+            (
+                self.request.members() - self.outcomes.len(),
+                "the other parts",
+            ),
         ];
         let reasons = reasons.iter().filter(|(count, _)| *count > 0);
         let words: Vec<String> = reasons

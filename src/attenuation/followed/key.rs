@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::super::{Computed, Measured, Transmission, TransmissionCurve, TransmissionPoint};
-use super::{FORCE, PULSE, field_charts, laid_over, named, places, points};
+use super::{FORCE, field_charts, laid_over, named, places, points, records};
 use crate::chain::scene::Units;
 use crate::sheet::{Chart, Look, Mark, Series, Sheet, Table, number};
 use crate::sweep::wide;
@@ -96,7 +96,7 @@ impl Transmission {
         let mut columns: Vec<(&str, &str)> = others.iter().map(|(key, at)| (*key, &**at)).collect();
         columns.extend([("row", "/row"), (&*self.key, "/value")]);
         columns.push(("value_error", "/value_error"));
-        columns.extend(ROW.iter().chain(&PULSE));
+        columns.extend(ROW);
         let rows = self.curves.iter().flat_map(|curve| {
             curve.all().map(|(point, extreme)| {
                 let (kind, error) = extreme.unwrap_or(("value", 0.0));
@@ -107,7 +107,7 @@ impl Transmission {
                 object
             })
         });
-        Table::of_places(&columns, rows)
+        records(&columns, rows)
     }
 
     /// Of the first curve.

@@ -4,12 +4,12 @@ use serde_json::json;
 
 use super::super::curve::compared;
 use super::super::{
-    Attenuation, AttenuationLaw, Computed, ContactKind, CurveRow, Fits, Measured, Reach, Sense,
-    Stop, StopCause,
+    Attenuation, AttenuationCurve, AttenuationLaw, Computed, ContactKind, CurveRow, Fits, Measured,
+    Reach, Sense, Stop, StopCause,
 };
-use super::{FORCE, PULSE, field_charts, laid_over, points};
+use super::{FORCE, field_charts, laid_over, points, records};
 use crate::chain::scene::Units;
-use crate::sheet::{Chart, Look, Series, Sheet, Table, name_of, number, percent, with_unit};
+use crate::sheet::{Cell, Chart, Look, Series, Sheet, Table, name_of, number, percent, with_unit};
 use crate::unit::label;
 
 /// What stands before the numbers of a pulse.
@@ -99,26 +99,28 @@ impl Attenuation {
 
     /// Each curve at its last point.
     fn last_points(&self) -> Table {
-        let head = [
-            "chain", "sense", "ratio", "bodies", "force", "energy", "width", "high",
-        ];
-        let optional = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.4}"));
-        let rows = self.curves.iter().map(|curve| {
-            let last: Option<&CurveRow> = curve.rows.last();
+        fn last(curve: &AttenuationCurve, value: Value) -> Option<String> {
+            Some(format!("{:.4}", value(curve.rows.last()?)?))
+        }
+        fn width(curve: &AttenuationCurve) -> Option<String> {
             let unit = if curve.units == Units::Si { "s" } else { "" };
-            let width = last.map(|row| with_unit(row.pulse.width.value, unit));
-            vec![
-                curve.name.clone(),
-                curve.sense.name().to_owned(),
-                format!("{:.4}", curve.stiffness_ratio),
-                last.map_or(0, |row| row.bodies).to_string(),
-                optional(last.and_then(|row| row.relative_force)),
-                optional(last.and_then(|row| row.relative_energy)),
-                width.unwrap_or("-".into()),
-                optional(last.and_then(|row| row.high_share)),
-            ]
-        });
-        Table::of("Curves at their last point", &head, rows).printed()
+            Some(with_unit(curve.rows.last()?.pulse.width.value, unit))
+        }
+        let columns: [(&str, Cell<AttenuationCurve>); 8] = [
+            ("chain", |curve| Some(curve.name.clone())),
+            ("sense", |curve| Some(curve.sense.name().into())),
+            ("ratio", |curve| {
+                Some(format!("{:.4}", curve.stiffness_ratio))
+            }),
+            ("bodies", |curve| {
+                Some(curve.rows.last()?.bodies.to_string())
+            }),
+            ("force", |curve| last(curve, |row| row.relative_force)),
+            ("energy", |curve| last(curve, |row| row.relative_energy)),
+            ("width", width),
+            ("high", |curve| last(curve, |row| row.high_share)),
+        ];
+        Table::of_columns("Curves at their last point", &self.curves, &columns).printed()
     }
 
     /// One row for each point of a curve.
@@ -131,7 +133,7 @@ impl Attenuation {
                 object
             })
         });
-        Table::of_places(&[&ROW[..], &PULSE].concat(), rows)
+        records(&ROW, rows)
     }
 
     /// Of the first curve; forces in the contacts that are fitted.

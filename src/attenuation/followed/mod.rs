@@ -3,11 +3,11 @@
 mod key;
 mod length;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{Attenuation, Beside, Compared, Computed, Measured, MeasuredPoint, Transmission};
 use crate::chain::scene::Units;
-use crate::sheet::{Chart, Describe, Look, PlotRow, Series, Sheet, listed, number};
+use crate::sheet::{Chart, Describe, Look, PlotRow, Series, Sheet, Table, listed, number};
 
 /// Reasons of failures that are told; all are among the numbers.
 const TOLD: usize = 3;
@@ -184,28 +184,31 @@ fn named(settings: &[(String, String)]) -> String {
 }
 
 /// The numbers of a pulse: their names, and where they are in the JSON of a row.
-const PULSE: [(&str, &str); 20] = [
-    ("peak_force", "/pulse/peak_force/value"),
-    ("peak_force_error", "/pulse/peak_force/error"),
-    ("peak_time", "/pulse/peak_time/value"),
-    ("peak_time_error", "/pulse/peak_time/error"),
-    ("peak_velocity", "/pulse/peak_velocity/value"),
-    ("peak_velocity_error", "/pulse/peak_velocity/error"),
-    ("velocity_time", "/pulse/velocity_time/value"),
-    ("velocity_time_error", "/pulse/velocity_time/error"),
-    ("arrival_time", "/pulse/arrival_time/value"),
-    ("arrival_time_error", "/pulse/arrival_time/error"),
-    ("width", "/pulse/width/value"),
-    ("width_error", "/pulse/width/error"),
-    ("velocity_rise_time", "/pulse/velocity_rise_time/value"),
-    (
-        "velocity_rise_time_error",
-        "/pulse/velocity_rise_time/error",
-    ),
-    ("energy_pulse", "/pulse/energy_pulse/value"),
-    ("energy_passed", "/pulse/energy_passed/value"),
-    ("energy_passed_error", "/pulse/energy_passed/error"),
-    ("energy_behind", "/pulse/energy_behind"),
-    ("energy_lost", "/pulse/energy_lost"),
-    ("energy_closure", "/pulse/closure"),
-];
+const PULSE: &str = "\
+peak_force: /pulse/peak_force/value
+peak_force_error: /pulse/peak_force/error
+peak_time: /pulse/peak_time/value
+peak_time_error: /pulse/peak_time/error
+peak_velocity: /pulse/peak_velocity/value
+peak_velocity_error: /pulse/peak_velocity/error
+velocity_time: /pulse/velocity_time/value
+velocity_time_error: /pulse/velocity_time/error
+arrival_time: /pulse/arrival_time/value
+arrival_time_error: /pulse/arrival_time/error
+width: /pulse/width/value
+width_error: /pulse/width/error
+velocity_rise_time: /pulse/velocity_rise_time/value
+velocity_rise_time_error: /pulse/velocity_rise_time/error
+energy_pulse: /pulse/energy_pulse/value
+energy_passed: /pulse/energy_passed/value
+energy_passed_error: /pulse/energy_passed/error
+energy_behind: /pulse/energy_behind
+energy_lost: /pulse/energy_lost
+energy_closure: /pulse/closure";
+
+/// Rows with these columns, and behind them the numbers of their pulse.
+fn records(columns: &[(&str, &str)], rows: impl Iterator<Item = Value>) -> Table {
+    let pulse = PULSE.lines().filter_map(|line| line.split_once(": "));
+    let columns: Vec<(&str, &str)> = columns.iter().copied().chain(pulse).collect();
+    Table::of_places(&columns, rows)
+}

@@ -8,6 +8,8 @@ mod bands;
 mod front;
 mod sheet;
 
+use std::sync::atomic::AtomicU64;
+
 use serde::Serialize;
 
 pub use bands::InBand;
@@ -135,7 +137,8 @@ impl CompareRequest {
         scene: &SceneSource,
         observer: &dyn Observer,
     ) -> Result<Comparison> {
-        let mut model = Model::of(scene, (&[], &[]), &records, observer)?;
+        let runs = AtomicU64::new(0);
+        let mut model = Model::of(scene, (&[], &[]), &records, (observer, &runs))?;
         let (used, until, run_error) = reliable(&model, &[])?;
         model.records = &used;
         let (minimum, predicted) = model.minimum(&[])?;

@@ -7,8 +7,8 @@ use serde_json::json;
 use super::super::shown::{per_time, places, some_places, warn_of_horizon};
 use super::{AtBody, Attenuated, Comparison, InBand, TOLD};
 use crate::sheet::{
-    BLUE, Chart, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table, VERMILLION, number,
-    percent, with_unit,
+    BLUE, Cell, Chart, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table, VERMILLION,
+    number, percent, with_unit,
 };
 use crate::unit::label;
 
@@ -320,29 +320,23 @@ impl Comparison {
     }
 
     fn body_table(&self) -> Table {
-        let row = |at: &AtBody| {
-            let with_error = |value: f64, error: f64| match value.is_finite() {
+        fn with_error(value: f64, error: f64) -> String {
+            match value.is_finite() {
                 true => format!("{} ± {}", number(value), number(error)),
                 false => "below noise".into(),
-            };
-            vec![
-                at.body.to_string(),
-                number(at.arrival[1]),
-                with_error(at.late(), at.arrival_error),
-                number(at.peak[1]),
-                with_error(at.peak[0], at.peak_error),
-                percent(at.residual),
-            ]
-        };
-        let head = [
-            "at",
-            "arrival",
-            "run late by",
-            "largest",
-            "measured",
-            "energy left",
+            }
+        }
+        let columns: [(&str, Cell<AtBody>); 6] = [
+            ("at", |at| Some(at.body.to_string())),
+            ("arrival", |at| Some(number(at.arrival[1]))),
+            ("run late by", |at| {
+                Some(with_error(at.late(), at.arrival_error))
+            }),
+            ("largest", |at| Some(number(at.peak[1]))),
+            ("measured", |at| Some(with_error(at.peak[0], at.peak_error))),
+            ("energy left", |at| Some(percent(at.residual))),
         ];
-        Table::of("by record", &head, self.bodies.iter().map(row))
+        Table::of_columns("by record", &self.bodies, &columns)
     }
 
     fn band_table(&self) -> Table {

@@ -15,6 +15,8 @@ mod information;
 mod judge;
 mod sheet;
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use ndarray::Array2;
 
 use super::directions::Direction;
@@ -22,7 +24,7 @@ use super::key::FreeKey;
 use super::model::Model;
 use super::records::{Records, places_in, unit_of};
 use super::solver::Problem;
-use super::{Counted, Instruments, reliable};
+use super::{Instruments, reliable};
 use crate::chain::EndTime;
 use crate::chain::scene::SceneSource;
 use crate::field::Quantity;
@@ -180,7 +182,7 @@ impl PlanRequest {
     /// [`Error::Request`] for keys that cannot be fitted, bodies that the chain has not, more sensors than bodies, noise
     /// in another unit, and chains that amplify rounding from the start; [`Error::Scene`]; [`Error::Cancelled`].
     pub fn run(&self, scene: &SceneSource, observer: &dyn Observer) -> Result<Planned> {
-        let counted = Counted::new(observer);
+        let runs = AtomicU64::new(0);
         let keys = FreeKey::each(&self.free, scene)?;
         self.instruments.check()?;
         let blank = self.records(scene)?;
@@ -190,7 +192,7 @@ impl PlanRequest {
             ..Instruments::default()
         };
         let others = clock.unknowns(&blank);
-        let mut model = Model::of(scene, (&keys, &others), &blank, &counted)?;
+        let mut model = Model::of(scene, (&keys, &others), &blank, (observer, &runs))?;
         let origin = vec![0.0; model.unknowns()];
         let records = Records {
             values: model.records_at(&origin, model.local_error)?,
@@ -213,7 +215,7 @@ impl PlanRequest {
         };
         Ok(Planned {
             horizon: until,
-            runs: counted.runs(),
+            runs: runs.load(Ordering::Relaxed),
             ..problem.plan(&model)
         })
     }

@@ -173,8 +173,9 @@ impl Orders {
             Alternation::Stiffness => "kappa",
             Alternation::Mass => "mass_ratio",
         };
-        let places = RECORDS.map(|(name, place)| (name, place.replace("RATIO", ratio)));
-        let places = places.each_ref().map(|(name, place)| (*name, &**place));
+        let places = RECORDS.replace("RATIO", ratio);
+        let places = places.lines().filter_map(|line| line.split_once(": "));
+        let places: Vec<(&str, &str)> = places.collect();
         Table::of_places(&places, self.rows.iter().map(|row| json!(row)))
     }
 }
@@ -236,49 +237,39 @@ const LEAKS: [Column<(String, Direct)>; 4] = [
 ];
 
 /// The numbers of `table.csv`: their names, and where they are in the JSON of an order.
-const RECORDS: [(&str, &str); 35] = [
-    ("order", "/order"),
-    ("ratio", "/exact/RATIO"),
-    ("error", "/exact/error"),
-    ("digits", "/exact/digits"),
-    ("residual", "/exact/residual"),
-    ("iterations", "/exact/iterations"),
-    ("tail", "/exact/tail"),
-    ("points", "/exact/points"),
-    ("period", "/exact/period"),
-    ("speed_coefficient", "/exact/speed_coefficient"),
-    ("width", "/exact/width"),
-    ("energy", "/exact/energy"),
-    ("momentum", "/exact/momentum"),
-    ("angle", "/angle/degrees"),
-    ("exact_profile", "/asymptotic/exact_profile"),
-    ("fitted_profile", "/asymptotic/fitted_profile"),
-    ("direct", "/direct/RATIO"),
-    ("direct_error", "/direct/error"),
-    ("direct_leak", "/direct/leak"),
-    ("direct_angle", "/direct/angle/degrees"),
-    ("direct_angle_error", "/direct/angle/degrees_error"),
-    ("most_dispersive", "/most_dispersive/RATIO"),
-    ("most_dispersive_error", "/most_dispersive/error"),
-    ("most_dispersive_leak", "/most_dispersive/leak"),
-    ("most_dispersive_angle", "/most_dispersive/angle/degrees"),
-    (
-        "most_dispersive_angle_error",
-        "/most_dispersive/angle/degrees_error",
-    ),
-    ("printed_order", "/published/printed_order"),
-    ("published_direct", "/published/direct"),
-    ("published_estimate", "/published/estimate"),
-    ("exact_profile_difference", "/differences/exact_profile"),
-    ("fitted_profile_difference", "/differences/fitted_profile"),
-    ("direct_difference", "/differences/direct"),
-    (
-        "published_direct_difference",
-        "/differences/published_direct",
-    ),
-    (
-        "published_estimate_difference",
-        "/differences/published_estimate",
-    ),
-    ("reason", "/reason"),
-];
+const RECORDS: &str = "\
+order: /order
+ratio: /exact/RATIO
+error: /exact/error
+digits: /exact/digits
+residual: /exact/residual
+iterations: /exact/iterations
+tail: /exact/tail
+points: /exact/points
+period: /exact/period
+speed_coefficient: /exact/speed_coefficient
+width: /exact/width
+energy: /exact/energy
+momentum: /exact/momentum
+angle: /angle/degrees
+exact_profile: /asymptotic/exact_profile
+fitted_profile: /asymptotic/fitted_profile
+direct: /direct/RATIO
+direct_error: /direct/error
+direct_leak: /direct/leak
+direct_angle: /direct/angle/degrees
+direct_angle_error: /direct/angle/degrees_error
+most_dispersive: /most_dispersive/RATIO
+most_dispersive_error: /most_dispersive/error
+most_dispersive_leak: /most_dispersive/leak
+most_dispersive_angle: /most_dispersive/angle/degrees
+most_dispersive_angle_error: /most_dispersive/angle/degrees_error
+printed_order: /published/printed_order
+published_direct: /published/direct
+published_estimate: /published/estimate
+exact_profile_difference: /differences/exact_profile
+fitted_profile_difference: /differences/fitted_profile
+direct_difference: /differences/direct
+published_direct_difference: /differences/published_direct
+published_estimate_difference: /differences/published_estimate
+reason: /reason";
