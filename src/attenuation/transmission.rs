@@ -124,10 +124,9 @@ impl TransmissionRequest {
         }
         let make = SceneTemplate::new(self.scene.clone())?;
         let scene = make.text()?;
-        let families: Vec<ChainSeries> = crate::sweep::combinations(&axes)?
-            .into_iter()
-            .map(|settings| ChainSeries::new(&make, &over.key, settings))
-            .collect();
+        let others = crate::sweep::combinations(&axes)?.into_iter();
+        let families = others.map(|settings| ChainSeries::new(&make, &over.key, settings));
+        let families: Vec<ChainSeries> = families.collect();
         // All scenes are checked before any simulation.
         let of = |family| values.iter().map(move |at| ChainSeries::chain(family, *at));
         let chains = families.iter().flat_map(of);

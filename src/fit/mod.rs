@@ -272,17 +272,13 @@ impl FitRequest {
             found.and_then(|_| kept.sync())
         })?;
         let outcomes = kept.outcomes();
-        let ended: Vec<Ended> = outcomes
-            .values()
-            .filter_map(Outcome::done)
-            .cloned()
-            .collect();
+        let ended = outcomes.values().filter_map(Outcome::done);
+        let ended: Vec<Ended> = ended.cloned().collect();
         match outcomes.values().next() {
-            Some(Outcome::Failed(why)) if ended.is_empty() => Err(Error::request(
-                "free",
-                "keys with which the chain runs",
-                why,
-            )),
+            Some(Outcome::Failed(why)) if ended.is_empty() => {
+                let expected = "keys with which the chain runs";
+                Err(Error::request("free", expected, why))
+            }
             _ => Ok(ended),
         }
     }
@@ -358,10 +354,8 @@ fn horizon(model: &Model, at: &[f64]) -> Result<(Option<f64>, f64)> {
         sites.fold(0.0, f64::max) / size.max(f64::MIN_POSITIVE)
     };
     let differences: Vec<f64> = (0..times).map(difference).collect();
-    let end = differences
-        .iter()
-        .position(|d| *d > AMPLIFIED)
-        .unwrap_or(times);
+    let first = differences.iter().position(|d| *d > AMPLIFIED);
+    let end = first.unwrap_or(times);
     let worst = differences[..end].iter().copied().fold(0.0, f64::max);
     let until = (end < times).then(|| records.times[end.saturating_sub(1)]);
     Ok((until, worst))

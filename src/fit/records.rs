@@ -47,7 +47,7 @@ impl Records {
     /// belong to the scene's, a quantity that no run has, and too few samples; [`Error::Scene`].
     pub fn of(field: &Field, scene: &SceneSource, bodies: Option<&[usize]>) -> Result<Records> {
         let setup = &scene.setup().map_err(|error| scene.locate(error))?;
-        let scales = Scales::of(field, setup.units)?;
+        let (time, length, sample, units) = scales_of(field, setup.units)?;
         let (n, m) = (field.n_times(), field.n_sites());
         let bodies = match bodies {
             Some(bodies) if bodies.len() == m => bodies.to_vec(),
@@ -55,21 +55,21 @@ impl Records {
                 let expected = format!("{m} numbers, one for each site of the field");
                 return Err(Error::request("bodies", expected, bodies.len().to_string()));
             }
-            None => bodies_of(field, setup, scales.length)?,
+            None => bodies_of(field, setup, length)?,
         };
         let mut records = Records {
             quantity: field.quantity,
-            times: (0..n).map(|i| scales.time * field.time.at(i)).collect(),
+            times: (0..n).map(|i| time * field.time.at(i)).collect(),
             bodies,
             values: Vec::new(),
-            units: scales.units,
+            units,
         };
         // Before a large field is read.
         records.check(setup)?;
         let mut values = vec![0.0; n * m];
         field.read_site_major(0..n, 0..m, &mut values);
         let scaled = values.iter().map(|value| match value.is_finite() {
-            true => value * scales.sample,
+            true => value * sample,
             false => f64::NAN,
         });
         records.values = scaled.collect();
@@ -196,52 +196,32 @@ impl Records {
     }
 }
 
-/// What numbers of a field are multiplied by to be in the units of a scene.
-#[derive(Debug, Clone, PartialEq)]
-struct Scales {
-    time: f64,
-    /// `None` for scenes without units.
-    length: Option<f64>,
-    sample: f64,
-    /// Of times and samples; empty where the scene has none.
-    units: [String; 2],
-}
+/// What times, lengths and samples of a field are multiplied by to be in the units of a scene, lengths `None` beside scenes
+/// without units, and the units of times and samples; empty where the scene has none.
+type Scales = (f64, Option<f64>, f64, [String; 2]);
 
-impl Scales {
-    /// # Errors
-    /// [`Error::Request`] for units that do not belong to the scene's, a field without a time step beside a scene in SI, and a
-    /// quantity that no run has.
-    fn of(field: &Field, scene: Units) -> Result<Scales> {
-        let name = |unit: &Option<String>| unit.clone().unwrap_or_default();
-        if scene != Units::Si {
-            return Ok(Scales {
-                time: 1.0,
-                length: None,
-                sample: 1.0,
-                units: [name(&field.time.unit), name(&field.unit)],
-            });
-        }
-        if field.time == Axis::index() {
-            let expected = "the time step of the field, such as `--dt 1us`";
-            let found = "none stated, and none known from the file";
-            return Err(Error::request("dt", expected, found));
-        }
-        let units = unit_of(field.quantity, scene)?;
-        let size = |stated: &Option<String>, unit: &str| {
-            let stated = stated.as_deref().unwrap_or(unit).replace('²', "^2");
-            let known = (stated == unit).then_some(1.0);
-            known.or_else(|| ratio(&stated, unit)).ok_or_else(|| {
-                let expected = format!("a unit of what the scene has in {unit}");
-                Error::request("unit", expected, stated)
-            })
-        };
-        Ok(Scales {
-            time: size(&field.time.unit, "s")?,
-            length: Some(size(&field.space.unit, "m")?),
-            sample: size(&field.unit, &units[1])?,
-            units,
-        })
+/// # Errors
+/// [`Error::Request`] for units that do not belong to the scene's, a field without a time step beside a scene in SI, and a
+/// quantity that no run has.
+fn scales_of(field: &Field, scene: Units) -> Result<Scales> {
+    let name = |unit: &Option<String>| unit.clone().unwrap_or_default();
+    if scene != Units::Si {
+        return Ok((1.0, None, 1.0, [&field.time.unit, &field.unit].map(name)));
     }
+    let expected = "the time step of the field, such as `--dt 1us`";
+    let found = "none stated, and none known from the file";
+    Error::require(field.time != Axis::index(), "dt", expected, found)?;
+    let units = unit_of(field.quantity, scene)?;
+    let size = |stated: &Option<String>, unit: &str| {
+        let stated = stated.as_deref().unwrap_or(unit).replace('²', "^2");
+        let known = (stated == unit).then_some(1.0);
+        known.or_else(|| ratio(&stated, unit)).ok_or_else(|| {
+            let expected = format!("a unit of what the scene has in {unit}");
+            Error::request("unit", expected, stated)
+        })
+    };
+    let [time, length] = [size(&field.time.unit, "s")?, size(&field.space.unit, "m")?];
+    Ok((time, Some(length), size(&field.unit, &units[1])?, units))
 }
 
 /// Number of places in a chain at which a quantity can be measured.

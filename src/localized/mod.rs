@@ -33,7 +33,6 @@ mod direct;
 mod equations;
 mod family;
 mod fast;
-mod follow;
 mod launch;
 mod leak;
 mod problem;

@@ -142,16 +142,11 @@ fn refuse(expected: &str, found: &str) -> Error {
 /// The values of one member, one an axis, in the order of the axes.
 pub(super) fn member(axes: &[SweptKey], index: usize) -> Vec<&str> {
     let mut rest = index;
-    let mut values: Vec<&str> = axes
-        .iter()
-        .rev()
-        .map(|axis| {
-            let value = &axis.values[rest % axis.values.len()];
-            rest /= axis.values.len();
-            value.as_str()
-        })
-        .collect();
-    values.reverse();
+    let mut values = vec![""; axes.len()];
+    for (value, axis) in values.iter_mut().zip(axes).rev() {
+        *value = &axis.values[rest % axis.values.len()];
+        rest /= axis.values.len();
+    }
     values
 }
 
@@ -180,11 +175,9 @@ pub(super) fn count(axes: &[SweptKey]) -> Result<usize> {
     if let Some(pair) = keys.windows(2).find(|pair| pair[0] == pair[1]) {
         return Err(refuse("each key once", pair[0]));
     }
-    let count = axes
-        .iter()
-        .try_fold(1usize, |n, axis| n.checked_mul(axis.values.len()))
-        .filter(|n| *n <= MOST_VALUES);
-    match count {
+    let mut all = axes.iter();
+    let count = all.try_fold(1usize, |n, axis| n.checked_mul(axis.values.len()));
+    match count.filter(|n| *n <= MOST_VALUES) {
         Some(n) if !axes.is_empty() => Ok(n),
         Some(_) => Err(refuse("at least one key to vary", "none")),
         None => Err(refuse("a million members at most", "more")),
