@@ -9,9 +9,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::model::{Model, Other};
-use super::result::{judge, misfit};
+use super::result::judge;
 use super::shown::place;
 use super::solver::{Beside, Minimum, dot, minimize};
+use super::verdict::misfit;
 use crate::chain::scene::{SceneSource, Setting};
 use crate::chain::{Ends, Law, Laws, Scheme, Simulation};
 use crate::numeric::fisher_tail;

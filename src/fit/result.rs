@@ -9,7 +9,7 @@ use super::model::{Model, Other, rms};
 use super::noise::{Linear, Noise};
 use super::shown::Overlay;
 use super::solver::{Minimum, gram, scaled};
-use super::verdict::{Judged, Misfit};
+use super::verdict::{Misfit, misfit};
 use super::{EXACT, SAME, Search};
 use crate::Result;
 use crate::chain::scene::{SceneSource, Setting};
@@ -92,25 +92,6 @@ impl Noted {
     pub fn gain_scale(&self) -> f64 {
         self.noise.sigma * self.noise.inflation().sqrt()
     }
-}
-
-/// What noise does not explain of what is left at a minimum.
-pub(super) fn misfit(
-    model: &Model,
-    found: &Minimum,
-    predicted: &[f64],
-    noise: &Noise,
-) -> Option<Misfit> {
-    let known = model.records.is_known();
-    let judged = Judged {
-        records: model.records,
-        residual: &found.residual[..known.len()],
-        known: &known,
-        predicted,
-        columns: &found.columns,
-        noise,
-    };
-    judged.misfit()
 }
 
 /// Estimates noise and covariance at a minimum.

@@ -7,9 +7,10 @@
 
 use serde::Serialize;
 
+use super::model::Model;
 use super::noise::Noise;
 use super::records::Records;
-use super::solver::{Beside, dot};
+use super::solver::{Beside, Minimum, dot};
 use crate::numeric::fisher_tail;
 
 /// Share of fits to noise alone that a family of tests calls a misfit.
@@ -43,14 +44,33 @@ pub struct Misfit {
 }
 
 /// What is judged.
-pub(super) struct Judged<'a> {
-    pub records: &'a Records,
+struct Judged<'a> {
+    records: &'a Records,
     /// Without missing samples, which are 0.
-    pub residual: &'a [f64],
-    pub known: &'a [bool],
-    pub predicted: &'a [f64],
-    pub columns: &'a [Vec<f64>],
-    pub noise: &'a Noise,
+    residual: &'a [f64],
+    known: &'a [bool],
+    predicted: &'a [f64],
+    columns: &'a [Vec<f64>],
+    noise: &'a Noise,
+}
+
+/// What noise does not explain of what is left at a minimum; `None` for nothing.
+pub(super) fn misfit(
+    model: &Model,
+    found: &Minimum,
+    predicted: &[f64],
+    noise: &Noise,
+) -> Option<Misfit> {
+    let known = &model.records.is_known()[..];
+    let judged = Judged {
+        records: model.records,
+        residual: &found.residual[..known.len()],
+        known,
+        predicted,
+        columns: &found.columns,
+        noise,
+    };
+    judged.misfit()
 }
 
 /// Whitened numbers at the samples where they are known.
@@ -93,8 +113,7 @@ impl Judged<'_> {
         })
     }
 
-    /// What noise does not explain; `None` for nothing.
-    pub fn misfit(&self) -> Option<Misfit> {
+    fn misfit(&self) -> Option<Misfit> {
         let white = self.whitened()?;
         let (sites, times) = (self.records.bodies.len(), self.times());
         let mut by_site = vec![f64::INFINITY; sites];

@@ -1,13 +1,12 @@
 //! Roots of a wave and their continuation: the first one, from another exponent, to a finer resolution, to a longer period.
 
-use super::convergence::Convergence;
 use super::equations::Grid;
 use super::family::Family;
 use super::problem::{Parameter, Problem, Root};
 use super::search::Search;
 use super::series::largest;
 use super::slow::unresolved;
-use super::wave::{Alternation, Wave};
+use super::wave::{Alternation, Convergence, Wave};
 use crate::Result;
 
 impl Search {
@@ -188,11 +187,8 @@ impl Search {
 
     /// The wave of a root, its changes with the grid left open.
     pub(super) fn assemble(&self, grid: Grid, root: &Root) -> Wave {
-        let Family {
-            alternation,
-            exponent,
-        } = self.family;
         let psi = self.family.series(grid, &root.values);
+        let exponent = self.family.exponent;
         let forces = root.values.iter().map(|u| u.max(0.0).powf(exponent));
         let forces: Vec<f64> = forces.collect();
         let force = self.family.series(grid, &forces);
@@ -209,8 +205,7 @@ impl Search {
             points: 2 * grid.half,
             period: grid.period,
         };
-        let ratio = self.ratio(root);
-        Wave::new(alternation, exponent, ratio, psi, force, convergence)
+        Wave::new(self.family, self.ratio(root), psi, force, convergence)
     }
 }
 
