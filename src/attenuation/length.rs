@@ -10,11 +10,11 @@ use super::curve::{
 };
 use super::fit::{Criterion, fit};
 use super::high_band::default_edge;
-use super::members::{Known, Pair, StoredChains, follow};
+use super::members::{Known, Pair, See, StoredChains, follow};
 use super::pulse::Sense;
 use crate::chain::Simulation;
 use crate::chain::scene::{SceneSource, Units};
-use crate::observer::{CancelOnly, Observer};
+use crate::observer::Observer;
 use crate::{Error, Result};
 
 /// Most bodies of a chain.
@@ -150,11 +150,10 @@ impl AttenuationRequest {
         }
         let known = Known::open(directory, &StoredChains::new(scenes, "bodies"))?;
         let pairs = courses.iter().flat_map(|(_, pairs)| pairs);
-        let (curves, failed, computed) = follow(pairs, &known, observer, || {
-            let curve = |(course, pairs): &(Course, Vec<Pair>)| {
-                self.curve(course, pairs, &known, &CancelOnly(observer))
-            };
-            courses.par_iter().map(curve).collect()
+        let (curves, failed, computed) = follow(pairs, &known, observer, |see| {
+            let curves = courses.par_iter();
+            let curves = curves.map(|(course, pairs)| self.curve(course, pairs, see));
+            curves.collect()
         })?;
         Ok(Attenuation {
             length: self.length,
@@ -196,17 +195,11 @@ impl AttenuationRequest {
         Ok(course)
     }
 
-    fn curve(
-        &self,
-        course: &Course,
-        pairs: &[Pair],
-        known: &Known,
-        observer: &dyn Observer,
-    ) -> Result<AttenuationCurve> {
+    fn curve(&self, course: &Course, pairs: &[Pair], see: See) -> Result<AttenuationCurve> {
         let mut rows: Vec<CurveRow> = Vec::new();
         let mut stop = None;
         for pair in pairs {
-            let (more, stopped) = course.rows(pair, known, observer)?;
+            let (more, stopped) = course.rows(pair, see)?;
             rows.extend(more);
             stop = stop.or(stopped);
         }
@@ -223,7 +216,7 @@ impl AttenuationRequest {
                     break;
                 };
                 tried.push(bodies);
-                let (more, _) = course.rows(&course.pair(bodies)?, known, observer)?;
+                let (more, _) = course.rows(&course.pair(bodies)?, see)?;
                 if course.sense == Sense::Chain && !more.is_empty() {
                     rows.clear();
                 }
@@ -318,13 +311,8 @@ impl Course {
     }
 
     /// The points of a chain, and where and why they end before the wanted one.
-    fn rows(
-        &self,
-        pair: &Pair,
-        known: &Known,
-        observer: &dyn Observer,
-    ) -> Result<(Vec<CurveRow>, Option<Stop>)> {
-        let [own, reference] = pair.outcomes(known, observer)?;
+    fn rows(&self, pair: &Pair, see: See) -> Result<(Vec<CurveRow>, Option<Stop>)> {
+        let [own, reference] = see(pair)?;
         let wanted = pair.own.wanted;
         let Some(seen) = own.done() else {
             let (bodies, cause) = (wanted, StopCause::Failed);

@@ -8,10 +8,10 @@ use serde::Serialize;
 use super::chains::{Pattern, SceneTemplate};
 use super::extremum::{CurvePoint, Extremum, extrema, resolved};
 use super::marks::{LocalizedMark, Waves, localized_marks};
-use super::members::{Known, Pair, StoredChains, follow};
+use super::members::{Known, Pair, See, StoredChains, follow};
 use super::pulse::{Located, Pulse, Sense};
 use crate::chain::scene::{SceneSource, Setup, Units};
-use crate::observer::{CancelOnly, Observer};
+use crate::observer::Observer;
 use crate::sweep::SweptKey;
 use crate::{Error, Result};
 
@@ -133,11 +133,11 @@ impl TransmissionRequest {
         let chains = chains.collect::<Result<Vec<SeriesChain>>>()?;
         let known = Known::open(directory, &StoredChains::new(vec![scene], &over.key))?;
         let pairs = chains.iter().map(|(pair, ..)| pair);
-        let (curves, failed, computed) = follow(pairs, &known, observer, || {
+        let (curves, failed, computed) = follow(pairs, &known, observer, |see| {
             let mut waves = Waves::default();
-            let mut curve =
-                |family: &ChainSeries| self.curve(family, &values, &known, &mut waves, observer);
-            families.iter().map(&mut curve).collect()
+            let curves = families.iter();
+            let curves = curves.map(|of| self.curve(of, &values, &mut waves, (see, observer)));
+            curves.collect()
         })?;
         let units = chains.last().map(|(_, setup, _)| setup.units);
         Ok(Transmission {
@@ -167,14 +167,12 @@ impl TransmissionRequest {
         &self,
         family: &ChainSeries,
         values: &[f64],
-        known: &Known,
         waves: &mut Waves,
-        observer: &dyn Observer,
+        (see, observer): (See, &dyn Observer),
     ) -> Result<TransmissionCurve> {
-        let point = |value: f64| family.point(value, known, observer);
-        let points: Result<Vec<Option<TransmissionPoint>>> =
-            values.iter().map(|v| point(*v)).collect();
-        let points = points?;
+        let point = |value: f64| family.point(value, see);
+        let points = values.iter().map(|value| point(*value));
+        let points = points.collect::<Result<Vec<Option<TransmissionPoint>>>>()?;
         let place = |at: f64, point: Option<TransmissionPoint>| CurvePoint {
             at,
             value: point.map(|p| p.relative_force),
@@ -193,14 +191,12 @@ impl TransmissionRequest {
             turns = extrema(&places);
         }
         observer.stage("extremes", turns.len() as u64);
-        let extremes: Result<Vec<Option<TransmissionExtremum>>> = turns
-            .par_iter()
-            .map(|turn| {
-                let extreme = located(turn, &point);
-                observer.advance(1);
-                extreme
-            })
-            .collect();
+        let extremes = turns.par_iter().map(|turn| {
+            let extreme = located(turn, &point);
+            observer.advance(1);
+            extreme
+        });
+        let extremes = extremes.collect::<Result<Vec<Option<TransmissionExtremum>>>>()?;
         let (localized, unresolved_orders) = localized_marks(values, waves, |value| {
             let (_, setup, pattern) = family.chain(value)?;
             Ok((setup.simulation.chain, pattern))
@@ -209,7 +205,7 @@ impl TransmissionRequest {
             settings: family.settings.clone(),
             nothing_at,
             points: points.into_iter().flatten().collect(),
-            extremes: extremes?.into_iter().flatten().collect(),
+            extremes: extremes.into_iter().flatten().collect(),
             unresolved: hidden,
             localized,
             unresolved_orders,
@@ -267,17 +263,11 @@ impl<'a> ChainSeries<'a> {
     }
 
     /// The pulse at the wall; `None` if nothing arrives or a run failed.
-    fn point(
-        &self,
-        value: f64,
-        known: &Known,
-        observer: &dyn Observer,
-    ) -> Result<Option<TransmissionPoint>> {
+    fn point(&self, value: f64, see: See) -> Result<Option<TransmissionPoint>> {
         let (pair, setup, pattern) = self.chain(value)?;
-        let outcomes = pair.outcomes(known, &CancelOnly(observer))?;
-        let pulses = outcomes
-            .each_ref()
-            .map(|outcome| outcome.done()?.pulses.pulses.first());
+        let outcomes = see(&pair)?;
+        let outcomes = outcomes.each_ref();
+        let pulses = outcomes.map(|outcome| outcome.done()?.pulses.pulses.first());
         let [Some(&pulse), Some(reference)] = pulses else {
             return Ok(None);
         };

@@ -49,25 +49,30 @@ pub struct Horizon {
 }
 
 /// A fitted chain.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize)]
 pub struct Fitted {
     pub values: Vec<FittedValue>,
     /// Of the values, as many rows as columns; NaN where they are undetermined.
+    #[serde(skip)]
     pub correlation: Array2<f64>,
     pub undetermined: Vec<Direction>,
     /// What noise does not explain; `None` for nothing.
     pub misfit: Option<Misfit>,
     /// What explains the misfit, of all that was tried.
     pub cause: Option<Cause>,
+    #[serde(skip)]
     pub overlay: Overlay,
     /// Standard deviation of what is left, and its correlation with what is left so many samples later.
     pub noise: f64,
+    #[serde(skip)]
     pub noise_correlation: Vec<f64>,
     /// Number of samples that would tell as much if they were independent.
+    #[serde(rename = "independent_samples")]
     pub independent: f64,
     /// Share of the squares of the records that the chain explains.
     pub explained: f64,
     /// Whether what is left is the error of runs.
+    #[serde(rename = "exact")]
     pub is_exact: bool,
     /// By how much runs of other steps differ, over the size of the records.
     pub run_error: f64,

@@ -47,22 +47,8 @@ impl Describe for Fitted {
         };
         self.facts(&mut sheet);
         self.warnings(&mut sheet);
-        sheet.numbers(json!({
-            "values": self.values,
-            "undetermined": self.undetermined,
-            "misfit": self.misfit,
-            "cause": self.cause,
-            "noise": self.noise,
-            "explained": self.explained,
-            "exact": self.is_exact,
-            "samples": records.known(),
-            "independent_samples": self.independent,
-            "run_error": self.run_error,
-            "horizon": self.horizon,
-            "searches": self.searches,
-            "runs": self.runs,
-            "scene": self.scene,
-        }));
+        sheet.numbers(json!(self));
+        sheet.numbers(json!({ "samples": records.known() }));
         self.variables(&mut sheet);
         sheet
     }
