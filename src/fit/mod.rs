@@ -184,9 +184,7 @@ impl FitRequest {
     ) -> Result<Fitted> {
         let keys = FreeKey::each(&self.free, scene)?;
         self.instruments.check()?;
-        if self.starts == 0 {
-            return Err(Error::request("starts", "1 or more", "0"));
-        }
+        Error::require(self.starts > 0, "starts", "1 or more", "0")?;
         let runs = AtomicU64::new(0);
         let others = self.instruments.unknowns(&records);
         let mut model = Model::of(scene, (&keys, &others), &records, (observer, &runs))?;

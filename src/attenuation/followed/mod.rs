@@ -67,22 +67,20 @@ impl Followed {
             let text = format!("outside the curve at {}", places(&beside.not_compared));
             sheet.fact("not compared", text);
         }
-        let without = [
-            (
-                "no measured largest velocity",
-                &beside.measured_without_peak,
-                "where the record begins or ends there, or nothing moves forward, there is none",
-            ),
-            (
-                "no measured arrival",
-                &beside.measured_without_arrival,
-                "what moves from the first sample on, measured or computed, has none",
-            ),
-        ];
-        for (what, at, why) in without.into_iter().filter(|(_, at, _)| !at.is_empty()) {
+        let mut none = |what: &str, at: &[f64], why: &str| {
             let message = format!("{what} to compare at {} ({} in all)", places(at), at.len());
-            sheet.warn(message, why);
-        }
+            if !at.is_empty() {
+                sheet.warn(message, why);
+            }
+        };
+        let why = "where the record begins or ends there, or nothing moves forward, there is none";
+        none(
+            "no measured largest velocity",
+            &beside.measured_without_peak,
+            why,
+        );
+        let why = "what moves from the first sample on, measured or computed, has none";
+        none("no measured arrival", &beside.measured_without_arrival, why);
     }
 }
 

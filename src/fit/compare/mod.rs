@@ -90,20 +90,24 @@ pub struct Attenuated {
 }
 
 /// What was found. Pairs are of the measurement and of the run.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Comparison {
+    #[serde(skip)]
     pub request: CompareRequest,
+    #[serde(skip)]
     pub overlay: Overlay,
     pub bodies: Vec<AtBody>,
     pub bands: Vec<InBand>,
     pub attenuation: Option<[Attenuated; 2]>,
     /// What moved along x.
+    #[serde(skip)]
     pub moved: Option<[Movement; 2]>,
     /// What noise does not explain of the difference; `None` for nothing.
     pub misfit: Option<Misfit>,
     /// The one number of the chain, of the clock or of a gain that explains it.
     pub cause: Option<Cause>,
     /// Whether the difference is the error of runs.
+    #[serde(rename = "exact")]
     pub is_exact: bool,
     /// Energy of the difference over that of the measurement, with the noise.
     pub left: f64,

@@ -39,20 +39,13 @@ impl Describe for Comparison {
         };
         self.facts(&mut sheet);
         warn_of_horizon(&mut sheet, self.horizon, &records.units[0]);
+        sheet.numbers(json!(self));
         sheet.numbers(json!({
-            "bodies": self.bodies,
-            "bands": self.bands,
-            "attenuation": self.attenuation,
             "moved": self.moved.as_ref().map(|both| both.each_ref().map(|moved| json!({
                 "verdict": moved.verdict, "up": moved.up.share, "down": moved.down.share, "bound": moved.bound,
             }))),
             "agree": self.agrees(),
-            "misfit": self.misfit,
-            "cause": self.cause,
-            "left": self.left,
-            "exact": self.is_exact,
             "within": self.request.within,
-            "horizon": self.horizon,
         }));
         self.variables(&mut sheet);
         sheet
