@@ -6,20 +6,14 @@ use super::{Compared, MeasuredPoint};
 
 /// Measured pulses over the abscissa of the curves: bodies, sites, or a key.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub enum Measured {
-    #[default]
-    Nothing,
+pub struct Measured {
     /// Forces relative to those of the homogeneous chain.
-    Forces(Vec<MeasuredPoint>),
-    /// Of a field.
-    Field {
-        /// Largest velocities.
-        velocities: Vec<MeasuredPoint>,
-        /// When velocities are half of their largest for the last time before it.
-        arrivals: Vec<MeasuredPoint>,
-        /// Abscissae without a largest velocity within the record.
-        without_peak: Vec<f64>,
-    },
+    pub forces: Vec<MeasuredPoint>,
+    /// Of a field: largest velocities, and when velocities are half of these for the last time before.
+    pub velocities: Vec<MeasuredPoint>,
+    pub arrivals: Vec<MeasuredPoint>,
+    /// Abscissae without a largest velocity within the record.
+    pub without_peak: Vec<f64>,
 }
 
 /// Measured and computed pulses.
@@ -48,30 +42,19 @@ pub struct Computed {
 impl Measured {
     /// Beside computed curves, between whose points there are lines.
     pub fn beside(&self, computed: &Computed) -> Beside {
-        let mut beside = Beside::default();
-        match self {
-            Measured::Nothing => {}
-            Measured::Forces(points) => {
-                (beside.measured, beside.not_compared) = compare(points, &computed.forces);
-            }
-            Measured::Field {
-                velocities,
-                arrivals,
-                without_peak,
-            } => {
-                (beside.measured, beside.not_compared) = compare(velocities, &computed.velocities);
-                (beside.measured_arrivals, _) = compare(arrivals, &computed.arrivals);
-                let on_curve = |at: &&f64| between(&computed.velocities, **at).is_some();
-                beside.measured_without_peak =
-                    without_peak.iter().filter(on_curve).copied().collect();
-                let arrivals = beside.measured_arrivals.iter();
-                let arrived: Vec<f64> = arrivals.map(|c| c.measured.at).collect();
-                let places = beside.measured.iter().map(|c| c.measured.at);
-                beside.measured_without_arrival =
-                    places.filter(|at| !arrived.contains(at)).collect();
-            }
+        let (forces, no_forces) = compare(&self.forces, &computed.forces);
+        let (velocities, no_velocities) = compare(&self.velocities, &computed.velocities);
+        let (arrivals, _) = compare(&self.arrivals, &computed.arrivals);
+        let on_curve = |at: &&f64| between(&computed.velocities, **at).is_some();
+        let has_none = |at: &f64| arrivals.iter().all(|c| c.measured.at != *at);
+        let places = velocities.iter().map(|c| c.measured.at);
+        Beside {
+            measured_without_peak: self.without_peak.iter().filter(on_curve).copied().collect(),
+            measured_without_arrival: places.filter(has_none).collect(),
+            measured: [forces, velocities].concat(),
+            not_compared: [no_forces, no_velocities].concat(),
+            measured_arrivals: arrivals,
         }
-        beside
     }
 }
 

@@ -189,14 +189,13 @@ mod tests {
         let simulation = |chain: &Chain| Simulation::impact(chain.clone(), 1.0, 1.0, 2);
         let of = |chain: &Chain| homogeneous(&simulation(chain), &Pattern::of(chain)).chain;
         assert_eq!(of(&chain).coefficient, [1.0; 6]);
-        chain.coefficient[0] = 7.0;
-        chain.coefficient[5] = 9.0;
+        (chain.coefficient[0], chain.coefficient[5]) = (7.0, 9.0);
         chain.mass[0] = 0.5;
         assert_eq!(of(&chain).coefficient, [7.0, 1.0, 1.0, 1.0, 1.0, 9.0]);
         assert_eq!(of(&chain).mass, [0.5, 1.0, 1.0, 1.0, 1.0, 1.0]);
-        let pattern = Pattern::of(&chain);
-        let kinds: Vec<ContactKind> = chain.coefficient.iter().map(|c| pattern.kind(*c)).collect();
         use ContactKind::{Other, Soft, Stiff};
+        let kind = |j: usize| Pattern::of(&chain).kind(chain.coefficient[j]);
+        let kinds = [0, 1, 2, 3, 4, 5].map(kind);
         assert_eq!(kinds, [Other, Stiff, Soft, Stiff, Soft, Other]);
         chain.mass = vec![1.0, 2.0, 1.0, 2.0, 1.0, 2.0];
         assert_eq!(of(&chain).mass, [2.0; 6]);

@@ -1,7 +1,7 @@
 //! Locating extrema of a curve that is expensive to evaluate (one simulation per value).
 
 use crate::Result;
-use crate::numeric::GoldenSection;
+use crate::numeric::golden_section;
 
 /// Final width of the bracket of an extremum, relative to its initial width.
 const LEFT: f64 = 1e-5;
@@ -45,10 +45,8 @@ impl CurvePoint {
 
     /// By how much it is above another, if it is beyond doubt; 0 where it is not, or below.
     fn above(&self, other: &CurvePoint) -> f64 {
-        let by = self
-            .value
-            .zip(other.value)
-            .map_or(0.0, |(own, other)| own - other);
+        let both = self.value.zip(other.value);
+        let by = both.map_or(0.0, |(own, other)| own - other);
         if by > self.doubt(other) { by } else { 0.0 }
     }
 }
@@ -78,10 +76,8 @@ pub(super) fn resolved(
     curve: &dyn Fn(&[f64]) -> Result<Vec<CurvePoint>>,
 ) -> Result<(Vec<CurvePoint>, Vec<[f64; 2]>)> {
     for _ in 0..ROUNDS {
-        let middles: Vec<f64> = unresolved(&places)
-            .iter()
-            .map(|[a, b]| 0.5 * (a + b))
-            .collect();
+        let open = unresolved(&places).into_iter();
+        let middles: Vec<f64> = open.map(|[a, b]| 0.5 * (a + b)).collect();
         if middles.is_empty() {
             break;
         }
@@ -142,19 +138,8 @@ impl Extremum {
             Ok(None) => Err(None),
             Err(error) => Err(Some(error)),
         };
-        let search = || {
-            let mut search = GoldenSection::new([a, b], height)?;
-            let enough = LEFT * search.width();
-            while search.width() > enough {
-                let [c, d] = search.inner;
-                search.narrow(c.1 > d.1, height)?;
-            }
-            let [c, d] = search.inner;
-            let best = if c.1 > d.1 { c.0 } else { d.0 };
-            Ok((best, 0.5 * search.width()))
-        };
-        match search() {
-            Ok(found) => Ok(Some(found)),
+        match golden_section([a, b], LEFT * (b - a), usize::MAX, height) {
+            Ok(([a, b], best)) => Ok(Some((best.0, 0.5 * (b - a)))),
             Err(None) => Ok(None),
             Err(Some(error)) => Err(error),
         }
@@ -177,38 +162,26 @@ mod tests {
     fn val_an_extreme_of_a_smooth_curve_and_of_a_kink() {
         let smooth = |x: f64| (x - 0.31).powi(2);
         let kink = |x: f64| 1.0 - (x - 0.62).abs();
-        let places = |curve: &dyn Fn(f64) -> f64| -> Vec<CurvePoint> {
-            (0..=10)
-                .map(|i| 0.1 * f64::from(i))
-                .map(|x| place(x, curve(x)))
-                .collect()
-        };
-        for (curve, is_maximum, truth) in [
-            (&smooth as &dyn Fn(f64) -> f64, false, 0.31),
-            (&kink, true, 0.62),
-        ] {
-            let turns = extrema(&places(curve));
-            assert_eq!(turns.len(), 1);
-            assert_eq!(turns[0].is_maximum, is_maximum);
+        type Curve<'a> = &'a dyn Fn(f64) -> f64;
+        for (curve, is_maximum, truth) in [(&smooth as Curve, false, 0.31), (&kink, true, 0.62)] {
+            let at = (0..=10).map(|i| 0.1 * f64::from(i));
+            let places: Vec<CurvePoint> = at.map(|x| place(x, curve(x))).collect();
+            let turns = extrema(&places);
+            assert_eq!((turns.len(), turns[0].is_maximum), (1, is_maximum));
             let (x, error) = turns[0].locate(&|x| Ok(Some(curve(x)))).unwrap().unwrap();
-            assert!(
-                (x - truth).abs() <= 2.0 * error && error <= 1e-6,
-                "{x} {error}"
-            );
+            let off = (x - truth).abs();
+            assert!(off <= 2.0 * error && error <= 1e-6, "{x} {error}");
         }
-        let rising = [place(0.0, 1.0), place(1.0, 2.0), place(2.0, 3.0)];
-        assert!(extrema(&rising).is_empty());
-        let noise = [place(0.0, 1.0), place(1.0, 1.0 + 1e-12), place(2.0, 1.0)];
-        assert!(extrema(&noise).is_empty());
-        let mut gap = [place(0.0, 1.0), place(1.0, 2.0), place(2.0, 1.0)];
-        assert_eq!(extrema(&gap).len(), 1);
-        gap[1].error = 0.5;
-        assert!(extrema(&gap).is_empty());
-        gap[1] = CurvePoint {
-            value: None,
-            ..gap[1]
+        let none = |middle: f64, last: f64, error: f64| {
+            let middle = CurvePoint {
+                error,
+                ..place(1.0, middle)
+            };
+            extrema(&[place(0.0, 1.0), middle, place(2.0, last)]).is_empty()
         };
-        assert!(extrema(&gap).is_empty());
+        // Rising, noise, within its error, not known.
+        assert!(none(2.0, 3.0, 0.0) && none(1.0 + 1e-12, 1.0, 0.0) && none(2.0, 1.0, 0.5));
+        assert!(!none(2.0, 1.0, 0.0));
     }
 
     /// A minimum at 3.7 and a maximum at 4.45 that no point shows are found, with few further points.
@@ -223,14 +196,9 @@ mod tests {
         assert!(extrema(&coarse).is_empty());
         let (fine, hidden) = resolved(coarse, &points).unwrap();
         let turns: Vec<f64> = extrema(&fine).iter().map(|turn| turn.around[1]).collect();
-        assert!(
-            (turns[0] - 3.7).abs() < 0.1 && (turns[1] - 4.45).abs() < 0.1,
-            "{turns:?}"
-        );
-        assert!(
-            turns.len() == 2 && hidden.is_empty() && fine.len() < 40,
-            "{fine:?}"
-        );
+        let is_near = (turns[0] - 3.7).abs() < 0.1 && (turns[1] - 4.45).abs() < 0.1;
+        assert!(is_near && turns.len() == 2, "{turns:?}");
+        assert!(hidden.is_empty() && fine.len() < 40, "{fine:?}");
         let level = [0.0, 1.0, 2.0, 3.0].map(|x| place(x, 2.0));
         assert!(unresolved(&level).is_empty());
     }

@@ -45,7 +45,7 @@ pub(super) struct Following<'a> {
 }
 
 /// The largest value so far, and its time.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Highest {
     value: f64,
     time: f64,
@@ -98,13 +98,11 @@ impl Following<'_> {
         let mut passages = vec![PulsePassage::default(); contacts.len()];
         let mut watch = self.simulation.watch(self.resolution, self.observer)?;
         let start = self.start(&watch);
-        for ((passage, [peak, _]), contact) in passages.iter_mut().zip(&peaks).zip(contacts.clone())
-        {
+        for (i, contact) in contacts.clone().enumerate() {
             // A contact may be compressed from the start.
-            let force = watch.force(contact);
-            let begun = |part: f64| (force > 0.0 && force >= part * peak.value).then_some(0.0);
-            passage.arrival = begun(FRONT);
-            passage.rise = begun(0.5);
+            let (force, peak) = (watch.force(contact), peaks[i][0].value);
+            let begun = |part: f64| (force > 0.0 && force >= part * peak).then_some(0.0);
+            (passages[i].arrival, passages[i].rise) = (begun(FRONT), begun(0.5));
         }
         while watch.times()[1] < end {
             self.advance(&mut watch)?;
@@ -161,16 +159,11 @@ impl Following<'_> {
         let scale = simulation.speed();
         let last = simulation.chain.n_sites() - 1;
         let latest = PATIENCE * (last + 10) as f64 * simulation.contact_time(scale);
-        let at_start = |velocity: f64| {
-            let none = Highest {
-                value: 0.0,
-                time: 0.0,
-            };
-            let value = velocity.max(0.0);
-            [none, Highest { value, time: 0.0 }]
+        let at_start = |j: usize| {
+            let value = simulation.velocity[j].max(0.0);
+            [Highest::default(), Highest { value, time: 0.0 }]
         };
-        let begin = simulation.velocity.as_slice();
-        let mut peaks: Vec<[Highest; 2]> = contacts.clone().map(|j| at_start(begin[j])).collect();
+        let mut peaks: Vec<[Highest; 2]> = contacts.clone().map(at_start).collect();
         let mut end = latest;
         while watch.times()[1] < end {
             self.advance(&mut watch)?;
@@ -263,11 +256,8 @@ fn located(value: f64) -> Located {
 fn site_energies(simulation: &Simulation, instant: &StateView) -> Vec<f64> {
     let chain = &simulation.chain;
     let mut energies = vec![0.0; chain.n_sites()];
-    let wall = if chain.has_left_wall() {
-        instant.wall
-    } else {
-        0.0
-    };
+    let wall = Some(instant.wall).filter(|_| chain.has_left_wall());
+    let wall = wall.unwrap_or(0.0);
     chain.site_energies(instant.x, instant.v, wall, &mut energies);
     chain.add_resonator_energies(instant.x, instant.resonators, &mut energies);
     energies
@@ -309,10 +299,9 @@ fn moves_at(watch: &mut ObservedRun, site: usize, highest: Highest) -> Result<Op
     let interpolant = watch.interpolant(signal);
     let looks = interpolant.samples();
     let before = passes(&interpolant, &looks, half, true).filter(|time| *time < highest.time);
-    let crossed = before
-        .last()
-        .map(|time| crossing(watch, signal, time, half));
-    crossed.transpose()
+    let last = before.last();
+    last.map(|time| crossing(watch, signal, time, half))
+        .transpose()
 }
 
 /// About when a signal rises through a level in the last step, or falls.
@@ -358,10 +347,9 @@ impl Splits {
             });
             summed.collect::<Vec<f64>>()
         };
-        let lost = if simulation.chain.is_lossy() {
-            sums(instant.lost, 0.0)
-        } else {
-            vec![0.0; now.len()]
+        let lost = match simulation.chain.is_lossy() {
+            true => sums(instant.lost, 0.0),
+            false => vec![0.0; now.len()],
         };
         let given = sums(start, instant.input);
         Splits {

@@ -32,16 +32,10 @@ pub(super) fn solve(law: AttenuationLaw, points: &[(f64, f64)]) -> Option<Soluti
     let firsts = law.firsts(longest);
     let tried: Vec<f64> = firsts.iter().map(|first| squares(*first)).collect();
     let best = (0..GRID).min_by(|a, b| tried[*a].total_cmp(&tried[*b]))?;
-    let (from, to) = (
-        firsts[best.saturating_sub(1)],
-        firsts[(best + 1).min(GRID - 1)],
-    );
+    let [from, to] = [best.saturating_sub(1), (best + 1).min(GRID - 1)].map(|i| firsts[i]);
     let first = crate::chain::largest(from, to, |first| -squares(first)).0;
-    let first = if squares(first) <= tried[best] {
-        first
-    } else {
-        firsts[best]
-    };
+    let is_better = squares(first) <= tried[best];
+    let first = if is_better { first } else { firsts[best] };
     let (weights, squares) = linear(law, first, points)?;
     let mut parameters = vec![first; law.searched()];
     parameters.extend(&weights[..law.parameters().len() - law.searched()]);
@@ -77,14 +71,11 @@ fn linear(law: AttenuationLaw, first: f64, points: &[(f64, f64)]) -> Option<([f6
     } else {
         [right[0] / normal[0][0], 0.0]
     };
-    let squares: f64 = points
-        .iter()
-        .map(|&(n, y)| {
-            let shapes = law.shapes(first, n);
-            let off = (weights[0] * shapes[0] + weights[1] * shapes[1]) / y - 1.0;
-            off * off
-        })
-        .sum();
+    let off = points.iter().map(|&(n, y)| {
+        let shapes = law.shapes(first, n);
+        (weights[0] * shapes[0] + weights[1] * shapes[1]) / y - 1.0
+    });
+    let squares: f64 = off.map(|off| off * off).sum();
     squares.is_finite().then_some((weights, squares))
 }
 
@@ -92,10 +83,9 @@ fn linear(law: AttenuationLaw, first: f64, points: &[(f64, f64)]) -> Option<([f6
 pub(super) fn correlation(residuals: &[f64]) -> f64 {
     let all: f64 = residuals.iter().map(|r| r * r).sum();
     let neighbours: f64 = residuals.windows(2).map(|r| r[0] * r[1]).sum();
-    if all > 0.0 {
-        (neighbours / all).clamp(0.0, 0.98)
-    } else {
-        0.0
+    match all > 0.0 {
+        true => (neighbours / all).clamp(0.0, 0.98),
+        false => 0.0,
     }
 }
 
@@ -114,24 +104,19 @@ pub(super) fn judged(
     let variance = solution.squares / freedom;
     let covariance = covariance(law, &solution.parameters, points, variance)?;
     let quantile = student_two_sided(0.05, freedom);
-    let names = law.parameters();
-    let parameters = (0..k)
-        .map(|i| {
-            let (value, half) = (
-                solution.parameters[i],
-                quantile * covariance[i * k + i].max(0.0).sqrt(),
-            );
-            Parameter {
-                name: names[i],
-                value,
-                low: value - half,
-                high: value + half,
-            }
-        })
-        .collect();
+    let parameters = (0..k).map(|i| {
+        let value = solution.parameters[i];
+        let half = quantile * covariance[i][i].max(0.0).sqrt();
+        Parameter {
+            name: law.parameters()[i],
+            value,
+            low: value - half,
+            high: value + half,
+        }
+    });
     Some(Fit {
         law,
-        parameters,
+        parameters: parameters.collect(),
         residual: mean_square.sqrt(),
         aicc,
         cross_validation: predicted(law, points)?.max(EXACT),
@@ -144,7 +129,7 @@ fn covariance(
     values: &[f64],
     points: &[(f64, f64)],
     variance: f64,
-) -> Option<Vec<f64>> {
+) -> Option<Vec<Vec<f64>>> {
     let k = values.len();
     let mut normal = vec![vec![0.0; k]; k];
     for &(n, y) in points {
@@ -166,8 +151,10 @@ fn covariance(
             }
         }
     }
-    let inverse = inverted(&normal, SINGULAR)?.concat();
-    Some(inverse.iter().map(|cell| variance * cell).collect())
+    let mut inverse = inverted(&normal, SINGULAR)?;
+    let cells = inverse.iter_mut().flatten();
+    cells.for_each(|cell| *cell *= variance);
+    Some(inverse)
 }
 
 /// Root mean square of the relative errors of predicting each of five blocks from the others.
@@ -177,10 +164,7 @@ fn predicted(law: AttenuationLaw, points: &[(f64, f64)]) -> Option<f64> {
     let mut squares = 0.0;
     for block in 0..BLOCKS {
         let held = block * m / BLOCKS..(block + 1) * m / BLOCKS;
-        let rest: Vec<(f64, f64)> = (0..m)
-            .filter(|i| !held.contains(i))
-            .map(|i| points[i])
-            .collect();
+        let rest = [&points[..held.start], &points[held.end..]].concat();
         let solution = solve(law, &rest)?;
         let off = solution.residuals(law, &points[held]);
         squares += off.iter().map(|r| r * r).sum::<f64>();

@@ -10,11 +10,11 @@ use super::curve::{
 };
 use super::fit::{Criterion, fit};
 use super::high_band::default_edge;
-use super::members::{Known, Pair, StoredChains, Studied, follow};
+use super::members::{Known, Pair, See, StoredChains, follow};
 use super::pulse::Sense;
 use crate::chain::Simulation;
 use crate::chain::scene::{SceneSource, Units};
-use crate::observer::{CancelOnly, Observer};
+use crate::observer::Observer;
 use crate::{Error, Result};
 
 /// Most bodies of a chain.
@@ -82,20 +82,12 @@ impl AttenuationRequest {
     /// # Errors
     /// [`crate::Error::Request`] for missing or invalid values.
     fn check(&self) -> Result<()> {
-        Error::require(
-            !self.chains.is_empty(),
-            "chains",
-            "at least one chain",
-            "none",
-        )?;
+        let is_so = !self.chains.is_empty();
+        Error::require(is_so, "chains", "at least one chain", "none")?;
         let is_so = (2..=MOST).contains(&self.length);
         Error::require(is_so, "bodies", format!("2 to {MOST}"), self.length)?;
-        Error::require(
-            !self.senses.is_empty(),
-            "sense",
-            "chain, wall or both",
-            "none",
-        )?;
+        let is_so = !self.senses.is_empty();
+        Error::require(is_so, "sense", "chain, wall or both", "none")?;
         let target = self.target.unwrap_or(0.5);
         let is_so = target > 0.0 && target < 1.0;
         Error::require(is_so, "target", "a number between 0 and 1", target)?;
@@ -104,12 +96,8 @@ impl AttenuationRequest {
         Error::require(is_so, "band-edge-frequency", "0 or more", edge)?;
         let own = [self.length];
         let lengths = self.lengths.as_deref().unwrap_or(&own);
-        Error::require(
-            !lengths.is_empty(),
-            "lengths",
-            "at least one length",
-            "none",
-        )?;
+        let is_so = !lengths.is_empty();
+        Error::require(is_so, "lengths", "at least one length", "none")?;
         lengths.iter().try_for_each(|n| {
             let expected = format!("1 to {MOST} bodies each");
             Error::require((1..=MOST).contains(n), "lengths", expected, n)
@@ -162,15 +150,10 @@ impl AttenuationRequest {
         }
         let known = Known::open(directory, &StoredChains::new(scenes, "bodies"))?;
         let pairs = courses.iter().flat_map(|(_, pairs)| pairs);
-        let Studied {
-            curves,
-            failed,
-            computed,
-        } = follow(pairs, &known, observer, || {
-            let curve = |(course, pairs): &(Course, Vec<Pair>)| {
-                self.curve(course, pairs, &known, &CancelOnly(observer))
-            };
-            courses.par_iter().map(curve).collect()
+        let (curves, failed, computed) = follow(pairs, &known, observer, |see| {
+            let curves = courses.par_iter();
+            let curves = curves.map(|(course, pairs)| self.curve(course, pairs, see));
+            curves.collect()
         })?;
         Ok(Attenuation {
             length: self.length,
@@ -212,17 +195,11 @@ impl AttenuationRequest {
         Ok(course)
     }
 
-    fn curve(
-        &self,
-        course: &Course,
-        pairs: &[Pair],
-        known: &Known,
-        observer: &dyn Observer,
-    ) -> Result<AttenuationCurve> {
+    fn curve(&self, course: &Course, pairs: &[Pair], see: See) -> Result<AttenuationCurve> {
         let mut rows: Vec<CurveRow> = Vec::new();
         let mut stop = None;
         for pair in pairs {
-            let (more, stopped) = course.rows(pair, known, observer)?;
+            let (more, stopped) = course.rows(pair, see)?;
             rows.extend(more);
             stop = stop.or(stopped);
         }
@@ -239,7 +216,7 @@ impl AttenuationRequest {
                     break;
                 };
                 tried.push(bodies);
-                let (more, _) = course.rows(&course.pair(bodies)?, known, observer)?;
+                let (more, _) = course.rows(&course.pair(bodies)?, see)?;
                 if course.sense == Sense::Chain && !more.is_empty() {
                     rows.clear();
                 }
@@ -309,29 +286,21 @@ struct Course {
 impl Course {
     /// The chain of a length, or of its own where that is fixed, and its reference.
     fn pair(&self, bodies: usize) -> Result<Pair> {
-        let attempts: Result<Vec<Simulation>> = match (self.sense, self.make.extends) {
+        let longer = |k| self.make.with_bodies(bodies + ((MARGIN + bodies / 4) << k));
+        let setups = match (self.sense, self.make.extends) {
             (_, false) => vec![self.make.setup()],
             (Sense::Wall, true) => vec![self.make.with_bodies(bodies)],
-            (Sense::Chain, true) => (0..=DOUBLINGS)
-                .map(|k| self.make.with_bodies(bodies + ((MARGIN + bodies / 4) << k)))
-                .collect(),
-        }
-        .into_iter()
-        .map(|setup| Ok(setup?.simulation))
-        .collect();
-        let attempts = attempts?;
+            (Sense::Chain, true) => (0..=DOUBLINGS).map(longer).collect(),
+        };
+        let attempts = setups.into_iter().map(|setup| Ok(setup?.simulation));
+        let attempts = attempts.collect::<Result<Vec<Simulation>>>()?;
         let wanted = match (self.sense, self.make.extends) {
             (Sense::Wall, false) => attempts[0].chain.n_sites() - 1,
             _ => bodies,
         };
         let name = format!("{}, {}, {wanted} bodies", self.name, self.sense.name());
-        Pair::new(
-            &name,
-            attempts,
-            &self.pattern,
-            (self.sense, wanted),
-            self.edge,
-        )
+        let place = (self.sense, wanted);
+        Pair::new(&name, attempts, &self.pattern, place, self.edge)
     }
 
     /// Whether the force of a length is among those that are compared.
@@ -342,13 +311,8 @@ impl Course {
     }
 
     /// The points of a chain, and where and why they end before the wanted one.
-    fn rows(
-        &self,
-        pair: &Pair,
-        known: &Known,
-        observer: &dyn Observer,
-    ) -> Result<(Vec<CurveRow>, Option<Stop>)> {
-        let [own, reference] = pair.outcomes(known, observer)?;
+    fn rows(&self, pair: &Pair, see: See) -> Result<(Vec<CurveRow>, Option<Stop>)> {
+        let [own, reference] = see(pair)?;
         let wanted = pair.own.wanted;
         let Some(seen) = own.done() else {
             let (bodies, cause) = (wanted, StopCause::Failed);

@@ -66,8 +66,8 @@ pub(super) fn localized_marks(
         let (chain, pattern) = chain(value)?;
         Ok(ratio_of(&chain, &pattern))
     };
-    let ratios: Result<Vec<Option<(Family, f64)>>> = values.iter().map(|v| ratio_at(*v)).collect();
-    let ratios = ratios?;
+    let ratios = values.iter().map(|value| ratio_at(*value));
+    let ratios = ratios.collect::<Result<Vec<_>>>()?;
     let known = || ratios.iter().flatten();
     // A homogeneous chain belongs to both families.
     let Some((family, _)) = known().find(|(_, ratio)| *ratio != 1.0) else {
@@ -80,17 +80,13 @@ pub(super) fn localized_marks(
             unresolved.push(order);
             continue;
         };
-        let off = |value: f64| {
-            let found = ratio_at(value).ok().flatten();
-            found.map_or(f64::NAN, |(_, found)| found - ratio)
-        };
+        let off = |found: Option<(_, f64)>| found.map_or(f64::NAN, |(_, found)| found - ratio);
+        let at = |value: f64| off(ratio_at(value).ok().flatten());
         for i in 0..values.len() {
-            let here = ratios[i].map_or(f64::NAN, |(_, here)| here - ratio);
-            let next = ratios.get(i + 1).copied().flatten();
-            let next = next.map_or(f64::NAN, |(_, next)| next - ratio);
+            let (here, next) = (off(ratios[i]), ratios.get(i + 1).copied().flatten());
             let value = match () {
                 () if here == 0.0 => values[i],
-                () if here * next < 0.0 => find_root(values[i], values[i + 1], off),
+                () if here * off(next) < 0.0 => find_root(values[i], values[i + 1], at),
                 () => continue,
             };
             marks.push(LocalizedMark {

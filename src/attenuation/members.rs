@@ -10,7 +10,7 @@ use super::high_band::high_shares;
 use super::pulse::{Pulses, Sense, contacts, pulses};
 use crate::Result;
 use crate::chain::Simulation;
-use crate::observer::Observer;
+use crate::observer::{CancelOnly, Observer};
 use crate::system::journal::{Journal, Outcome, StoredRequest};
 
 /// The request that a directory of saved members belongs to. Members are named by what they run, so that further ones
@@ -107,22 +107,13 @@ impl Pair {
             own: chain(name.to_owned(), attempts),
         })
     }
-
-    /// What became of the chain and of its reference.
-    ///
-    /// # Errors
-    /// As [`Journal::member`].
-    pub(super) fn outcomes(
-        &self,
-        known: &Known,
-        observer: &dyn Observer,
-    ) -> Result<[Outcome<PulseMeasures>; 2]> {
-        Ok([
-            self.own.outcome(known, observer)?,
-            self.reference.outcome(known, observer)?,
-        ])
-    }
 }
+
+/// What became of a chain and of its reference, which are run unless that is known.
+///
+/// # Errors
+/// As [`Journal::member`].
+pub(super) type See<'s> = &'s (dyn Fn(&Pair) -> Result<[Outcome<PulseMeasures>; 2]> + Sync);
 
 /// The chains of pairs, each once.
 fn members<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Vec<&'a FollowedChain> {
@@ -131,16 +122,8 @@ fn members<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Vec<&'a FollowedChain> 
     all.filter(|member| seen.insert(&member.key)).collect()
 }
 
-/// What was found of chains.
-pub(super) struct Studied<C> {
-    pub(super) curves: Vec<C>,
-    /// Names and reasons of the chains that failed.
-    pub(super) failed: Vec<(String, String)>,
-    /// How many were simulated in this run.
-    pub(super) computed: usize,
-}
-
-/// Follows the pulses of chains and their references in parallel, then makes curves, which may need further ones.
+/// Follows the pulses of chains and their references in parallel, then makes curves, which may need further ones. The
+/// curves, names and reasons of the chains that failed, and how many were simulated in this run.
 ///
 /// # Errors
 /// As [`Journal::each`], and those of `curves`.
@@ -148,25 +131,28 @@ pub(super) fn follow<'a, C>(
     pairs: impl Iterator<Item = &'a Pair>,
     known: &Known,
     observer: &dyn Observer,
-    curves: impl FnOnce() -> Result<Vec<C>>,
-) -> Result<Studied<C>> {
+    curves: impl FnOnce(See) -> Result<Vec<C>>,
+) -> Result<(Vec<C>, Vec<(String, String)>, usize)> {
     let members = members(pairs);
     known.each("pulses", &members, observer, |member, observer| {
         member.outcome(known, observer).map(drop)
     })?;
-    let curves = curves().map_err(|error| known.paused(error, members.len()))?;
+    let quiet = CancelOnly(observer);
+    let see = |pair: &Pair| {
+        let reference = &pair.reference;
+        Ok([
+            pair.own.outcome(known, &quiet)?,
+            reference.outcome(known, &quiet)?,
+        ])
+    };
+    let curves = curves(&see).map_err(|error| known.paused(error, members.len()))?;
     known.sync()?;
-    let failed = members
-        .iter()
-        .filter_map(|member| match known.known(&member.key)? {
-            Outcome::Failed(reason) => Some((member.name.clone(), reason)),
-            Outcome::Done(_) => None,
-        });
-    Ok(Studied {
-        curves,
-        failed: failed.collect(),
-        computed: known.computed(),
-    })
+    let failed = members.iter();
+    let failed = failed.filter_map(|member| match known.known(&member.key)? {
+        Outcome::Failed(reason) => Some((member.name.clone(), reason)),
+        Outcome::Done(_) => None,
+    });
+    Ok((curves, failed.collect(), known.computed()))
 }
 
 impl FollowedChain {

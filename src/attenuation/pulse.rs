@@ -99,25 +99,16 @@ pub struct Pulses {
 /// wall, and for a last site that moves at the start; [`Error::Cancelled`].
 pub fn pulses(simulation: &Simulation, sense: Sense, observer: &dyn Observer) -> Result<Pulses> {
     let contacts = contacts(simulation, sense)?;
-    let follow = |resolution| {
-        let following = Following {
-            simulation,
-            sense,
-            resolution,
-            observer,
-        };
-        following.all(contacts.clone())
+    let following = |resolution| Following {
+        simulation,
+        sense,
+        resolution,
+        observer,
     };
-    let coarse = follow(Resolution::Asked)?;
-    let fine = follow(Resolution::Finer)?;
-    let pulses = fine
-        .pulses
-        .into_iter()
-        .zip(coarse.pulses)
-        .map_while(|(fine, coarse)| {
-            let (fine, coarse) = (fine?, coarse?);
-            Some(fine.compared_with(&coarse))
-        });
+    let coarse = following(Resolution::Asked).all(contacts.clone())?;
+    let fine = following(Resolution::Finer).all(contacts)?;
+    let pairs = fine.pulses.into_iter().zip(coarse.pulses);
+    let pulses = pairs.map_while(|(fine, coarse)| Some(fine?.compared_with(&coarse?)));
     Ok(Pulses {
         pulses: pulses.collect(),
         end_time: fine.end_time,
@@ -133,21 +124,17 @@ pub(super) fn contacts(simulation: &Simulation, sense: Sense) -> Result<Range<us
     simulation.check()?;
     let chain = &simulation.chain;
     let (last, n) = (chain.n_sites() - 1, chain.n_contacts());
-    let refused = match (sense, chain.ends) {
-        (_, Ends::Periodic) => Some(("ends", "ends that are not periodic", "periodic")),
-        (Sense::Wall, Ends::Free) => Some(("ends", "a wall for the force on it", "free ends")),
-        _ if last > 0 && simulation.velocity[last] != 0.0 => Some((
-            "velocities",
-            "a last site at rest, which the pulse has yet to reach",
-            "a moving one",
-        )),
-        _ => None,
-    };
-    match (refused, sense) {
-        (Some((option, expected, found)), _) => Err(Error::request(option, expected, found)),
-        (None, Sense::Wall) => Ok(n - 1..n),
-        (None, Sense::Chain) => Ok(0..n),
-    }
+    let is_open = chain.ends != Ends::Periodic;
+    Error::require(is_open, "ends", "ends that are not periodic", "periodic")?;
+    let has_end = sense == Sense::Chain || chain.ends != Ends::Free;
+    Error::require(has_end, "ends", "a wall for the force on it", "free ends")?;
+    let is_at_rest = last == 0 || simulation.velocity[last] == 0.0;
+    let expected = "a last site at rest, which the pulse has yet to reach";
+    Error::require(is_at_rest, "velocities", expected, "a moving one")?;
+    Ok(match sense {
+        Sense::Wall => n - 1..n,
+        Sense::Chain => 0..n,
+    })
 }
 
 impl Pulse {

@@ -8,10 +8,10 @@ use serde::Serialize;
 use super::chains::{Pattern, SceneTemplate};
 use super::extremum::{CurvePoint, Extremum, extrema, resolved};
 use super::marks::{LocalizedMark, Waves, localized_marks};
-use super::members::{Known, Pair, StoredChains, Studied, follow};
+use super::members::{Known, Pair, See, StoredChains, follow};
 use super::pulse::{Located, Pulse, Sense};
 use crate::chain::scene::{SceneSource, Setup, Units};
-use crate::observer::{CancelOnly, Observer};
+use crate::observer::Observer;
 use crate::sweep::SweptKey;
 use crate::{Error, Result};
 
@@ -116,42 +116,33 @@ impl TransmissionRequest {
         let over = SweptKey::parse(&self.over);
         let over = over.map_err(|error| error.of_option("vary", "against"))?;
         let values = self.values(&over)?;
-        let axes: Result<Vec<SweptKey>> =
-            self.vary.iter().map(|text| SweptKey::parse(text)).collect();
-        let axes = axes?;
+        let axes = self.vary.iter().map(|text| SweptKey::parse(text));
+        let axes = axes.collect::<Result<Vec<SweptKey>>>()?;
         if let Some(axis) = axes.iter().find(|axis| axis.key == over.key) {
             let expected = "another key than the abscissa";
             return Err(Error::request("vary", expected, &axis.key));
         }
         let make = SceneTemplate::new(self.scene.clone())?;
         let scene = make.text()?;
-        let families: Vec<ChainSeries> = crate::sweep::combinations(&axes)?
-            .into_iter()
-            .map(|settings| ChainSeries::new(&make, &over.key, settings))
-            .collect();
+        let others = crate::sweep::combinations(&axes)?.into_iter();
+        let families = others.map(|settings| ChainSeries::new(&make, &over.key, settings));
+        let families: Vec<ChainSeries> = families.collect();
         // All scenes are checked before any simulation.
-        let all = families
-            .iter()
-            .flat_map(|family| values.iter().map(move |at| (family, *at)));
-        let chains: Result<Vec<SeriesChain>> = all.map(|(family, at)| family.chain(at)).collect();
-        let chains = chains?;
+        let of = |family| values.iter().map(move |at| ChainSeries::chain(family, *at));
+        let chains = families.iter().flat_map(of);
+        let chains = chains.collect::<Result<Vec<SeriesChain>>>()?;
         let known = Known::open(directory, &StoredChains::new(vec![scene], &over.key))?;
         let pairs = chains.iter().map(|(pair, ..)| pair);
-        let Studied {
-            curves,
-            failed,
-            computed,
-        } = follow(pairs, &known, observer, || {
+        let (curves, failed, computed) = follow(pairs, &known, observer, |see| {
             let mut waves = Waves::default();
-            let mut curve =
-                |family: &ChainSeries| self.curve(family, &values, &known, &mut waves, observer);
-            families.iter().map(&mut curve).collect()
+            let curves = families.iter();
+            let curves = curves.map(|of| self.curve(of, &values, &mut waves, (see, observer)));
+            curves.collect()
         })?;
+        let units = chains.last().map(|(_, setup, _)| setup.units);
         Ok(Transmission {
             key: over.key,
-            units: chains
-                .last()
-                .map_or(Units::None, |(_, setup, _)| setup.units),
+            units: units.unwrap_or(Units::None),
             curves,
             failed,
             computed,
@@ -160,11 +151,8 @@ impl TransmissionRequest {
 
     /// The abscissa values, in ascending order.
     fn values(&self, over: &SweptKey) -> Result<Vec<f64>> {
-        let numbers: Option<Vec<f64>> = over
-            .values
-            .iter()
-            .map(|text| text.parse().ok().filter(|v: &f64| v.is_finite()))
-            .collect();
+        let finite = |text: &String| text.parse().ok().filter(|v: &f64| v.is_finite());
+        let numbers: Option<Vec<f64>> = over.values.iter().map(finite).collect();
         let Some(mut values) = numbers else {
             let expected = "numbers, without units, for the abscissa";
             return Err(Error::request("against", expected, over.values.join(", ")));
@@ -179,24 +167,19 @@ impl TransmissionRequest {
         &self,
         family: &ChainSeries,
         values: &[f64],
-        known: &Known,
         waves: &mut Waves,
-        observer: &dyn Observer,
+        (see, observer): (See, &dyn Observer),
     ) -> Result<TransmissionCurve> {
-        let point = |value: f64| family.point(value, known, observer);
-        let points: Result<Vec<Option<TransmissionPoint>>> =
-            values.iter().map(|v| point(*v)).collect();
-        let points = points?;
+        let point = |value: f64| family.point(value, see);
+        let points = values.iter().map(|value| point(*value));
+        let points = points.collect::<Result<Vec<Option<TransmissionPoint>>>>()?;
         let place = |at: f64, point: Option<TransmissionPoint>| CurvePoint {
             at,
             value: point.map(|p| p.relative_force),
             error: point.map_or(0.0, |p| p.relative_force_error),
         };
-        let places = values
-            .iter()
-            .zip(&points)
-            .map(|(&at, point)| place(at, *point));
-        let mut places: Vec<CurvePoint> = places.collect();
+        let places = values.iter().zip(&points);
+        let mut places: Vec<CurvePoint> = places.map(|(at, point)| place(*at, *point)).collect();
         let nothing = places.iter().filter(|place| place.value.is_none());
         let nothing_at = nothing.map(|place| place.at).collect();
         let (mut turns, mut hidden) = (Vec::new(), Vec::new());
@@ -208,14 +191,12 @@ impl TransmissionRequest {
             turns = extrema(&places);
         }
         observer.stage("extremes", turns.len() as u64);
-        let extremes: Result<Vec<Option<TransmissionExtremum>>> = turns
-            .par_iter()
-            .map(|turn| {
-                let extreme = located(turn, &point);
-                observer.advance(1);
-                extreme
-            })
-            .collect();
+        let extremes = turns.par_iter().map(|turn| {
+            let extreme = located(turn, &point);
+            observer.advance(1);
+            extreme
+        });
+        let extremes = extremes.collect::<Result<Vec<Option<TransmissionExtremum>>>>()?;
         let (localized, unresolved_orders) = localized_marks(values, waves, |value| {
             let (_, setup, pattern) = family.chain(value)?;
             Ok((setup.simulation.chain, pattern))
@@ -224,7 +205,7 @@ impl TransmissionRequest {
             settings: family.settings.clone(),
             nothing_at,
             points: points.into_iter().flatten().collect(),
-            extremes: extremes?.into_iter().flatten().collect(),
+            extremes: extremes.into_iter().flatten().collect(),
             unresolved: hidden,
             localized,
             unresolved_orders,
@@ -271,10 +252,8 @@ impl<'a> ChainSeries<'a> {
     fn chain(&self, value: f64) -> Result<SeriesChain> {
         let make = self.make.with(self.key, &format!("{value:?}"), "against");
         let (setup, pattern) = (make.setup()?, make.pattern()?);
-        let others = self
-            .settings
-            .iter()
-            .map(|(key, text)| format!("{key}={text}"));
+        let others = self.settings.iter();
+        let others = others.map(|(key, text)| format!("{key}={text}"));
         let all = others.chain([format!("{}={value:?}", self.key)]);
         let name = all.collect::<Vec<_>>().join(", ");
         let simulation = setup.simulation.clone();
@@ -284,17 +263,11 @@ impl<'a> ChainSeries<'a> {
     }
 
     /// The pulse at the wall; `None` if nothing arrives or a run failed.
-    fn point(
-        &self,
-        value: f64,
-        known: &Known,
-        observer: &dyn Observer,
-    ) -> Result<Option<TransmissionPoint>> {
+    fn point(&self, value: f64, see: See) -> Result<Option<TransmissionPoint>> {
         let (pair, setup, pattern) = self.chain(value)?;
-        let outcomes = pair.outcomes(known, &CancelOnly(observer))?;
-        let pulses = outcomes
-            .each_ref()
-            .map(|outcome| outcome.done()?.pulses.pulses.first());
+        let outcomes = see(&pair)?;
+        let outcomes = outcomes.each_ref();
+        let pulses = outcomes.map(|outcome| outcome.done()?.pulses.pulses.first());
         let [Some(&pulse), Some(reference)] = pulses else {
             return Ok(None);
         };

@@ -6,7 +6,7 @@ use super::drive::Drive;
 use super::lattice::Ends;
 use super::result::Run;
 use super::stepping::Quintic;
-use crate::numeric::GoldenSection;
+use crate::numeric::golden_section;
 
 /// A largest value and when it was reached.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -203,12 +203,7 @@ fn highest(nodes: &[(f64, [f64; 3])], force: impl Fn(f64, f64) -> f64) -> Option
 /// its value has them all.
 pub(crate) fn largest(a: f64, b: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
     let value = |x: f64| Ok::<f64, Infallible>(f(x));
-    let Ok(mut search) = GoldenSection::new([a, b], value);
-    while search.width() > 1e-9 {
-        let [c, d] = search.inner;
-        let Ok(()) = search.narrow(c.1 > d.1, value);
-    }
-    let [c, d] = search.inner;
-    let middle = 0.5 * (search.ends[0] + search.ends[1]);
-    (middle, f(middle).max(c.1).max(d.1))
+    let Ok(([a, b], best)) = golden_section([a, b], 1e-9, usize::MAX, value);
+    let middle = 0.5 * (a + b);
+    (middle, f(middle).max(best.1))
 }

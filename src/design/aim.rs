@@ -3,12 +3,14 @@
 use crate::chain::scene::Units;
 use crate::chain::{Record, Run};
 use crate::measure::{Frequency, Measure};
+use crate::sheet::name_of;
 use crate::sweep::Measures;
 use crate::transform::{RecordScratch, RecordTransform, fold};
 use crate::{Error, Result};
 
 /// A measure of a chain or its run, in the units of its scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Aim {
     /// Largest force of the first contact, or of the last one, the wall's where there is one.
@@ -17,57 +19,27 @@ pub enum Aim {
     /// `int F dt` of the last contact over the run.
     ImpulseLast,
     /// Energy passed through the last contact that joins two sites, or its share of the energy put in.
-    EnergyPassed,
+    EnergyPassedLast,
     EnergyPassedShare,
     /// Energy taken out by losses.
     EnergyLost,
     /// Share of the energy of the last contact's force above a frequency, in cycles per unit of time.
     ForceAbove(f64),
     /// When the force of the last contact is largest.
-    PeakTime,
+    PeakForceLastTime,
     TotalMass,
 }
 
-/// Measures without a value of their own: names, words and units.
-const NAMED: [(Aim, &str, &str, &str); 8] = [
-    (
-        Aim::PeakForceFirst,
-        "peak_force_first",
-        "the largest force of the first contact",
-        "N",
-    ),
-    (
-        Aim::PeakForceLast,
-        "peak_force_last",
-        "the largest force of the last contact",
-        "N",
-    ),
-    (
-        Aim::ImpulseLast,
-        "impulse_last",
-        "the impulse of the last contact",
-        "N s",
-    ),
-    (
-        Aim::EnergyPassed,
-        "energy_passed_last",
-        "the energy past the last contact",
-        "J",
-    ),
-    (
-        Aim::EnergyPassedShare,
-        "energy_passed_share",
-        "the share of the energy past the last contact",
-        "",
-    ),
-    (Aim::EnergyLost, "energy_lost", "the energy lost", "J"),
-    (
-        Aim::PeakTime,
-        "peak_force_last_time",
-        "the time of the largest force of the last contact",
-        "s",
-    ),
-    (Aim::TotalMass, "total_mass", "the mass of all bodies", "kg"),
+/// Those without a value of their own.
+const NAMED: [Aim; 8] = [
+    Aim::PeakForceFirst,
+    Aim::PeakForceLast,
+    Aim::ImpulseLast,
+    Aim::EnergyPassedLast,
+    Aim::EnergyPassedShare,
+    Aim::EnergyLost,
+    Aim::PeakForceLastTime,
+    Aim::TotalMass,
 ];
 
 const ABOVE: &str = "force_above:";
@@ -80,56 +52,65 @@ impl Aim {
     pub fn parse(text: &str) -> std::result::Result<Aim, String> {
         let text = text.trim();
         let name = text.replace('-', "_");
-        if let Some((aim, ..)) = NAMED.iter().find(|(_, own, ..)| *own == name) {
-            return Ok(*aim);
+        if let Some(aim) = NAMED.into_iter().find(|aim| aim.name() == name) {
+            return Ok(aim);
         }
         let above = text.strip_prefix(ABOVE).map(Measure::<Frequency>::read);
         match above {
             Some(Ok(edge)) if edge.value > 0.0 => Ok(Aim::ForceAbove(edge.value)),
             _ => {
-                let names = NAMED.map(|(_, name, ..)| name).join(", ");
+                let names = NAMED.map(Aim::name).join(", ");
                 Err(format!("expected {names}, or {ABOVE}FREQUENCY"))
             }
         }
     }
 
-    /// Name, words and unit.
-    fn said(self) -> [String; 3] {
-        match (NAMED.iter().find(|(aim, ..)| *aim == self), self) {
-            (Some((_, name, words, unit)), _) => [*name, *words, *unit].map(str::to_owned),
-            (None, Aim::ForceAbove(edge)) => [
-                format!("{ABOVE}{edge}"),
-                format!("the share of the last contact's force above {edge}"),
-                String::new(),
-            ],
-            _ => Default::default(),
-        }
-    }
-
     /// Its name, as it is typed.
     pub fn name(self) -> String {
-        let [name, ..] = self.said();
-        name
+        match self {
+            Aim::ForceAbove(edge) => format!("{ABOVE}{edge}"),
+            aim => name_of(&aim),
+        }
     }
 
     /// In words.
     pub(super) fn words(self) -> String {
-        let [_, words, _] = self.said();
-        words
+        let words = match self {
+            Aim::PeakForceFirst => "the largest force of the first contact",
+            Aim::PeakForceLast => "the largest force of the last contact",
+            Aim::ImpulseLast => "the impulse of the last contact",
+            Aim::EnergyPassedLast => "the energy past the last contact",
+            Aim::EnergyPassedShare => "the share of the energy past the last contact",
+            Aim::EnergyLost => "the energy lost",
+            Aim::ForceAbove(edge) => {
+                return format!("the share of the last contact's force above {edge}");
+            }
+            Aim::PeakForceLastTime => "the time of the largest force of the last contact",
+            Aim::TotalMass => "the mass of all bodies",
+        };
+        words.to_owned()
     }
 
     /// Its unit in a scene of these units; empty for none.
-    pub fn unit(self, units: Units) -> String {
-        let [.., unit] = self.said();
-        match units {
-            Units::Si => unit,
-            Units::None => String::new(),
+    pub fn unit(self, units: Units) -> &'static str {
+        match self {
+            _ if units == Units::None => "",
+            Aim::PeakForceFirst | Aim::PeakForceLast => "N",
+            Aim::ImpulseLast => "N s",
+            Aim::EnergyPassedLast | Aim::EnergyLost => "J",
+            Aim::EnergyPassedShare | Aim::ForceAbove(_) => "",
+            Aim::PeakForceLastTime => "s",
+            Aim::TotalMass => "kg",
         }
     }
 
     /// What a run must record.
     pub(super) fn needs(self) -> Record {
-        let energies = [Aim::EnergyPassed, Aim::EnergyPassedShare, Aim::EnergyLost];
+        let energies = [
+            Aim::EnergyPassedLast,
+            Aim::EnergyPassedShare,
+            Aim::EnergyLost,
+        ];
         Record {
             displacement: true,
             force: true,
@@ -145,14 +126,14 @@ impl Aim {
             Aim::PeakForceFirst => measures().peak_force_first,
             Aim::PeakForceLast => measures().peak_force_last,
             Aim::ImpulseLast => Some(impulse(&force_of(run)?, step)),
-            Aim::EnergyPassed => measures().energy_passed_last,
+            Aim::EnergyPassedLast => measures().energy_passed_last,
             Aim::EnergyPassedShare => {
                 let found = measures();
                 Some(found.energy_passed_last? / found.energy_input?)
             }
             Aim::EnergyLost => measures().energy_lost,
             Aim::ForceAbove(edge) => share_above(&force_of(run)?, step, edge),
-            Aim::PeakTime => measures().peak_force_last_time,
+            Aim::PeakForceLastTime => measures().peak_force_last_time,
             Aim::TotalMass => Some(run.chain.mass.iter().sum()),
         }
     }

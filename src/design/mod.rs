@@ -128,23 +128,16 @@ impl DesignRequest {
     /// [`Error::Request`] for keys that cannot be searched, limits that the scene exceeds, a measure that the
     /// scene's own run does not tell; [`Error::Scene`]; [`Error::Cancelled`].
     pub fn run(&self, scene: &SceneSource, observer: &dyn Observer) -> Result<Designed> {
-        let mut free = Vec::new();
-        for text in &self.free {
-            free.extend(Free::all_of(text, scene)?);
-        }
-        if free.is_empty() {
-            let expected = "keys of the scene with bounds";
-            return Err(Error::request("free", expected, "none"));
-        }
+        let free = self.free.iter().map(|text| Free::all_of(text, scene));
+        let free = free.collect::<Result<Vec<Vec<Free>>>>()?.concat();
+        let expected = "keys of the scene with bounds";
+        Error::require(!free.is_empty(), "free", expected, "none")?;
         let tolerances = self.tolerances.iter();
-        let tolerances: Result<Vec<Tolerance>> = tolerances
-            .map(|text| Tolerance::parse(text, &free))
-            .collect();
-        let space = Space::new(free, &tolerances?, self.members, self.seed);
+        let tolerances = tolerances.map(|text| Tolerance::parse(text, &free));
+        let tolerances = tolerances.collect::<Result<Vec<Tolerance>>>()?;
+        let space = Space::new(free, &tolerances, self.members, self.seed);
         let units = scene.setup().map_err(|error| scene.locate(error))?.units;
         let start = space.start();
-        // What is wrong with the scene or its run is said here.
-        let before = self.shown(scene, &space, &start, observer)?;
         let mut trial = Trial {
             request: self,
             scene,
@@ -156,6 +149,8 @@ impl DesignRequest {
             untold: 0,
             beyond: 0,
         };
+        // What is wrong with the scene or its run is said here.
+        let before = trial.shown(&start)?;
         let dimensions = space.free.len();
         let tries = self.tries.unwrap_or(match dimensions {
             1 => 60,
@@ -163,32 +158,34 @@ impl DesignRequest {
         });
         observer.stage("designs", 2 * (tries * space.members()) as u64);
         let begun = trial.judged(std::slice::from_ref(&start))?[0];
-        let first = trial.best.as_ref().map_or(f64::INFINITY, |(best, _)| *best);
-        if !begun.is_finite() {
-            let option = if self.is_most { "maximize" } else { "minimize" };
-            let expected = "a scene whose run tells the measure";
-            let found = "none: a later end_time or more samples may show it";
-            return Err(Error::request(option, expected, found));
-        }
+        let first = value_of(&trial.best);
+        let option = if self.is_most { "maximize" } else { "minimize" };
+        let expected = "a scene whose run tells the measure";
+        let found = "none: a later end_time or more samples may show it";
+        Error::require(begun.is_finite(), option, expected, found)?;
         let listed: Vec<usize> = space.free.iter().map(Free::listed).collect();
         // Descents stop at limits, evolution goes along them.
         let is_smooth = self.limits.is_empty() && listed.iter().all(|count| *count == 0);
-        let is_single = dimensions == 1 && listed[0] == 0;
         let mut evaluate = |points: &[Vec<f64>]| trial.judged(points);
         let search: Evaluate = &mut evaluate;
-        match is_single {
-            true => search::bracket(tries, search)?,
-            false if is_smooth => search::descend(&start, tries, self.seed, search)?,
-            false => search::evolve(&start, &listed, tries, self.seed, search)?,
-        }
+        let (method, searched) = match (&listed[..], is_smooth) {
+            ([0], _) => ("grid and golden sections", search::bracket(tries, search)),
+            (_, true) => (
+                "descents by differences (BFGS)",
+                search::descend(&start, tries, self.seed, search),
+            ),
+            _ => (
+                "evolution",
+                search::evolve(&start, &listed, tries, self.seed, search),
+            ),
+        };
+        searched?;
         let (searched, course) = trial.restart();
-        search::random(dimensions, tries, self.seed, &mut |points| {
-            trial.judged(points)
-        })?;
+        let mut evaluate = |points: &[Vec<f64>]| trial.judged(points);
+        search::random(dimensions, tries, self.seed, &mut evaluate)?;
         let (untold, beyond) = (trial.untold, trial.beyond);
         let (tried, random) = trial.restart();
-        let value = |found: &Option<(f64, Vec<f64>)>| found.as_ref().map_or(f64::INFINITY, |f| f.0);
-        let is_random = value(&tried) < value(&searched);
+        let is_random = value_of(&tried) < value_of(&searched);
         let Some((best, point)) = (if is_random { tried } else { searched }) else {
             let expected = "keys for which a run tells the measure";
             return Err(Error::request("free", expected, "none among all tries"));
@@ -198,7 +195,7 @@ impl DesignRequest {
             (false, true) => -value,
             (false, false) => value,
         };
-        let after = self.shown(scene, &space, &point, observer)?;
+        let after = trial.shown(&point)?;
         let keys = space.free.iter().map(|free| DesignKey {
             name: free.key.name.clone(),
             unit: free.key.unit.clone(),
@@ -213,88 +210,13 @@ impl DesignRequest {
             is_random,
             untold,
             beyond,
-            method: match (is_single, is_smooth) {
-                (true, _) => "grid and golden sections",
-                (false, true) => "descents by differences (BFGS)",
-                (false, false) => "evolution",
-            },
+            method,
             units,
             scene: scene.with(space.settings(&after.values, 0)).whole_text()?,
             before,
             after,
             request: self.clone(),
         })
-    }
-
-    /// A design with the accuracy of its scene, and its members.
-    fn shown(
-        &self,
-        scene: &SceneSource,
-        space: &Space,
-        point: &[f64],
-        observer: &dyn Observer,
-    ) -> Result<Design> {
-        let values = space.values(point);
-        let mut simulation = scene.with(space.settings(&values, 0)).setup()?.simulation;
-        simulation.record = self.aim.needs();
-        let run = simulation.run(&CancelOnly(observer))?;
-        let members: Vec<(&[f64], usize)> = (1..space.members())
-            .map(|member| (&values[..], member))
-            .collect();
-        let told = self.told(scene, space, &members, &CancelOnly(observer))?;
-        let members = told.iter().filter_map(|(measure, _)| *measure).collect();
-        Ok(Design {
-            measure: self.aim.of_run(&run),
-            members,
-            time: run.time.to_vec(),
-            force: aim::force_of(&run).unwrap_or_default(),
-            error: run.report.error,
-            values,
-        })
-    }
-
-    /// What the runs of members of designs tell; nothing where there is no run.
-    fn told(
-        &self,
-        scene: &SceneSource,
-        space: &Space,
-        designs: &[(&[f64], usize)],
-        observer: &dyn Observer,
-    ) -> Result<Vec<Told>> {
-        let with_run = designs
-            .iter()
-            .enumerate()
-            .filter_map(|(i, (values, member))| {
-                let setup = scene.with(space.settings(values, *member)).setup().ok()?;
-                Some((i, self.quick(setup.simulation)))
-            });
-        let (places, simulations): (Vec<usize>, Vec<Simulation>) = with_run.unzip();
-        let told = Mutex::new(vec![(None, 0.0); designs.len()]);
-        run_each(
-            &simulations,
-            &CancelOnly(observer),
-            &|i, run: Result<Run>| {
-                if let Ok(run) = run {
-                    let measure = self.aim.of_run(&run);
-                    let excess = self.excess(|aim| aim.of_run(&run));
-                    told.lock().unwrap_or_else(PoisonError::into_inner)[places[i]] =
-                        (measure, excess);
-                }
-                observer.advance(1);
-            },
-        );
-        observer.go_on()?;
-        Ok(told.into_inner().unwrap_or_else(PoisonError::into_inner))
-    }
-
-    /// As accurate as a search needs.
-    fn quick(&self, mut simulation: Simulation) -> Simulation {
-        simulation.record = self.aim.needs();
-        simulation.estimate_error = false;
-        if let Accuracy::Tolerance(_) = simulation.accuracy {
-            simulation.accuracy = Accuracy::LocalError(LOCAL_ERROR);
-        }
-        simulation
     }
 
     /// What counts of a design by its members, smaller ones better; infinite if one does not tell.
@@ -309,9 +231,10 @@ impl DesignRequest {
     }
 
     /// By how much limits are exceeded, relative to them.
-    fn excess(&self, known: impl Fn(Aim) -> Option<f64>) -> f64 {
+    fn excess(&self, run: &Run) -> f64 {
         let over = self.limits.iter().filter_map(|limit| {
-            let over = (known(limit.aim)? - limit.most) / limit.most.abs().max(f64::MIN_POSITIVE);
+            let over =
+                (limit.aim.of_run(run)? - limit.most) / limit.most.abs().max(f64::MIN_POSITIVE);
             (over > 0.0).then_some(over)
         });
         over.sum()
@@ -321,6 +244,13 @@ impl DesignRequest {
 /// What one run tells: the measure, and by how much it exceeds limits.
 type Told = (Option<f64>, f64);
 
+/// The best design by its judged value, and its point.
+type Best = Option<(f64, Vec<f64>)>;
+
+fn value_of(best: &Best) -> f64 {
+    best.as_ref().map_or(f64::INFINITY, |(value, _)| *value)
+}
+
 /// Designs that are tried.
 struct Trial<'a> {
     request: &'a DesignRequest,
@@ -329,7 +259,7 @@ struct Trial<'a> {
     observer: &'a dyn Observer,
     /// Of the first measure.
     size: f64,
-    best: Option<(f64, Vec<f64>)>,
+    best: Best,
     /// The best so far after each try.
     course: Vec<f64>,
     untold: usize,
@@ -337,6 +267,57 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
+    fn simulation(&self, values: &[f64], member: usize) -> Result<Simulation> {
+        let settings = self.space.settings(values, member);
+        let mut simulation = self.scene.with(settings).setup()?.simulation;
+        simulation.record = self.request.aim.needs();
+        Ok(simulation)
+    }
+
+    /// A design with the accuracy of its scene, and its members.
+    fn shown(&self, point: &[f64]) -> Result<Design> {
+        let values = self.space.values(point);
+        let run = self.simulation(&values, 0)?;
+        let run = run.run(&CancelOnly(self.observer))?;
+        let members = (1..self.space.members()).map(|member| (&values[..], member));
+        let told = self.told(&members.collect::<Vec<_>>(), &CancelOnly(self.observer))?;
+        let members = told.iter().filter_map(|(measure, _)| *measure).collect();
+        Ok(Design {
+            measure: self.request.aim.of_run(&run),
+            members,
+            time: run.time.to_vec(),
+            force: aim::force_of(&run).unwrap_or_default(),
+            error: run.report.error,
+            values,
+        })
+    }
+
+    /// What the runs of members of designs tell, as accurate as a search needs; nothing where there is no run.
+    fn told(&self, designs: &[(&[f64], usize)], observer: &dyn Observer) -> Result<Vec<Told>> {
+        let quick = |(i, (values, member)): (usize, &(&[f64], usize))| {
+            let mut simulation = self.simulation(values, *member).ok()?;
+            simulation.estimate_error = false;
+            if let Accuracy::Tolerance(_) = simulation.accuracy {
+                simulation.accuracy = Accuracy::LocalError(LOCAL_ERROR);
+            }
+            Some((i, simulation))
+        };
+        let with_run = designs.iter().enumerate().filter_map(quick);
+        let (places, simulations): (Vec<usize>, Vec<Simulation>) = with_run.unzip();
+        let told = Mutex::new(vec![(None, 0.0); designs.len()]);
+        let request = self.request;
+        let ended = |i: usize, run: Result<Run>| {
+            if let Ok(run) = run {
+                let found = (request.aim.of_run(&run), request.excess(&run));
+                told.lock().unwrap_or_else(PoisonError::into_inner)[places[i]] = found;
+            }
+            observer.advance(1);
+        };
+        run_each(&simulations, &CancelOnly(observer), &ended);
+        observer.go_on()?;
+        Ok(told.into_inner().unwrap_or_else(PoisonError::into_inner))
+    }
+
     /// Judged values of designs, smaller ones better: larger by a penalty where a limit is exceeded, infinite where a run
     /// does not tell.
     fn judged(&mut self, points: &[Vec<f64>]) -> Result<Vec<f64>> {
@@ -345,16 +326,16 @@ impl Trial<'_> {
         let values: Vec<Vec<f64>> = values.collect();
         let of = |values| (0..members).map(move |member| (values, member));
         let designs = values.iter().flat_map(|values| of(&values[..]));
-        let designs: Vec<(&[f64], usize)> = designs.collect();
-        let told = (self.request).told(self.scene, self.space, &designs, self.observer)?;
+        let told = self.told(&designs.collect::<Vec<_>>(), self.observer)?;
         let values = told.chunks(members).zip(points).map(|(told, point)| {
             let (value, excess) = self.value(told);
-            let best = self.best.as_ref().map_or(f64::INFINITY, |(best, _)| *best);
-            if excess == 0.0 && value < best {
+            let best = value_of(&self.best);
+            let is_within = excess == 0.0;
+            if is_within && value < best {
                 self.best = Some((value, point.clone()));
             }
             self.course
-                .push(if excess == 0.0 { value.min(best) } else { best });
+                .push(if is_within { value.min(best) } else { best });
             value + PENALTY * self.size * excess
         });
         Ok(values.collect())
@@ -374,7 +355,7 @@ impl Trial<'_> {
     }
 
     /// The best design and the course up to here; begins anew.
-    fn restart(&mut self) -> (Option<(f64, Vec<f64>)>, Vec<f64>) {
+    fn restart(&mut self) -> (Best, Vec<f64>) {
         (self.best.take(), std::mem::take(&mut self.course))
     }
 }

@@ -5,7 +5,7 @@
 use ndarray::Array2;
 
 use crate::Result;
-use crate::numeric::{GoldenSection, Random};
+use crate::numeric::{Random, golden_section};
 
 /// Evaluates points; infinite for those that are none.
 pub(super) type Evaluate<'a> = &'a mut dyn FnMut(&[Vec<f64>]) -> Result<Vec<f64>>;
@@ -15,12 +15,15 @@ const CONVERGED: f64 = 1e-7;
 /// Part of the runs on the grid of a single key, the rest narrows its best cell.
 const ON_GRID: f64 = 0.6;
 
+/// A point drawn evenly.
+fn anew(random: &mut Random, dimensions: usize) -> Vec<f64> {
+    (0..dimensions).map(|_| random.uniform()).collect()
+}
+
 /// Independent uniform points.
 pub(super) fn random(dimensions: usize, runs: usize, seed: u64, evaluate: Evaluate) -> Result<()> {
     let mut random = Random::new(seed ^ 0x5eed);
-    let points: Vec<Vec<f64>> = (0..runs)
-        .map(|_| (0..dimensions).map(|_| random.uniform()).collect())
-        .collect();
+    let points: Vec<Vec<f64>> = (0..runs).map(|_| anew(&mut random, dimensions)).collect();
     for points in points.chunks(64) {
         evaluate(points)?;
     }
@@ -36,19 +39,11 @@ pub(super) fn bracket(runs: usize, evaluate: Evaluate) -> Result<()> {
     let values = evaluate(&grid)?;
     let best = least(&values);
     let ends = [best.saturating_sub(1), (best + 1).min(count - 1)].map(|i| grid[i][0]);
-    let mut left = runs.saturating_sub(count);
+    let left = runs.saturating_sub(count);
     if left < 2 {
         return Ok(());
     }
-    let mut one = |x: f64| Ok::<f64, crate::Error>(evaluate(&[vec![x]])?[0]);
-    let mut search = GoldenSection::new(ends, &mut one)?;
-    left -= 2;
-    while left > 0 && search.width() > CONVERGED {
-        let [c, d] = search.inner;
-        search.narrow(c.1 < d.1, &mut one)?;
-        left -= 1;
-    }
-    Ok(())
+    golden_section(ends, CONVERGED, left, |x| Ok(-evaluate(&[vec![x]])?[0])).map(drop)
 }
 
 /// Index of the least.
@@ -68,11 +63,8 @@ pub(super) fn descend(start: &[f64], runs: usize, seed: u64, evaluate: Evaluate)
     let mut left = runs;
     let mut begin = start.to_vec();
     loop {
-        let points: Vec<Vec<f64>> = (0..(CANDIDATES * n).max(left / FIFTH))
-            .map(|_| (0..n).map(|_| random.uniform()).collect())
-            .chain([begin])
-            .take(left)
-            .collect();
+        let drawn = (0..(CANDIDATES * n).max(left / FIFTH)).map(|_| anew(&mut random, n));
+        let points: Vec<Vec<f64>> = drawn.chain([begin]).take(left).collect();
         left -= points.len();
         let values = evaluate(&points)?;
         let best = least(&values);
@@ -83,7 +75,7 @@ pub(super) fn descend(start: &[f64], runs: usize, seed: u64, evaluate: Evaluate)
         if left <= 2 * n {
             return evaluate(&vec![descent.x; left]).map(|_| ());
         }
-        begin = (0..n).map(|_| random.uniform()).collect();
+        begin = anew(&mut random, n);
     }
 }
 
@@ -250,11 +242,8 @@ pub(super) fn evolve(
 ) -> Result<()> {
     let n = start.len();
     let mut random = Random::new(seed);
-    let anew = |random: &mut Random| -> Vec<f64> { (0..n).map(|_| random.uniform()).collect() };
-    let first: Vec<Vec<f64>> = (1..CHILDREN)
-        .map(|_| anew(&mut random))
-        .chain([start.to_vec()])
-        .collect();
+    let drawn = (1..CHILDREN).map(|_| anew(&mut random, n));
+    let first: Vec<Vec<f64>> = drawn.chain([start.to_vec()]).collect();
     let mut points: Vec<Vec<f64>> = first.into_iter().take(runs).collect();
     let mut left = runs;
     let mut parents: Vec<(f64, Vec<f64>)> = Vec::new();
@@ -270,11 +259,8 @@ pub(super) fn evolve(
             let [one, other] = [pick(), pick()];
             let mut child: Vec<f64> = Vec::with_capacity(n);
             for (i, pair) in one.iter().zip(other).enumerate() {
-                let inherited = *if random.uniform() < 0.5 {
-                    pair.0
-                } else {
-                    pair.1
-                };
+                let is_first = random.uniform() < 0.5;
+                let inherited = if is_first { *pair.0 } else { *pair.1 };
                 let step = match listed[i] {
                     0 => NEAR,
                     count => 1.0 / count as f64,
@@ -329,9 +315,9 @@ mod tests {
     fn val_closed_form_minima_are_found() {
         let valley = |x: &[f64]| {
             let y: Vec<f64> = x.iter().map(|x| 4.0 * x - 2.0).collect();
-            y.windows(2)
-                .map(|y| 100.0 * (y[1] - y[0] * y[0]).powi(2) + (1.0 - y[0]).powi(2))
-                .sum()
+            let terms = y.windows(2);
+            let terms = terms.map(|y| 100.0 * (y[1] - y[0] * y[0]).powi(2) + (1.0 - y[0]).powi(2));
+            terms.sum()
         };
         let (value, x, runs) = found(|e| descend(&[0.1; 4], 3000, 1, e), valley);
         assert!(value < 1e-4, "{value:e} at {x:?} in {runs}");
@@ -341,11 +327,8 @@ mod tests {
         let edge = |x: &[f64]| x.iter().sum::<f64>();
         let (value, ..) = found(|e| descend(&[0.5; 5], 300, 3, e), edge);
         assert_eq!(value, 0.0);
-        let steps = |x: &[f64]| {
-            x.iter()
-                .map(|x| ((x * 7.0).floor().min(6.0) - 5.0).powi(2))
-                .sum()
-        };
+        let step = |x: &f64| ((x * 7.0).floor().min(6.0) - 5.0).powi(2);
+        let steps = |x: &[f64]| x.iter().map(step).sum();
         let (value, ..) = found(|e| evolve(&[0.1; 8], &[7; 8], 1000, 4, e), steps);
         assert_eq!(value, 0.0);
         let (value, x, runs) = found(|e| bracket(60, e), |x| (x[0] - 0.377).powi(2));

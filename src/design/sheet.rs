@@ -4,10 +4,12 @@ use serde_json::json;
 
 use super::{Design, DesignKey, Designed, Judge};
 use crate::chain::scene::Units;
+use crate::numeric::sorted;
 use crate::sheet::{
     BLUE, Chart, Describe, GREEN, Level, Look, PlotRow, Series, Sheet, Table, VERMILLION, number,
     percent, with_unit,
 };
+use crate::sweep::{ORDER, in_order};
 use crate::unit::label;
 
 /// Keys that the terminal names.
@@ -18,23 +20,13 @@ const SETTLED: f64 = 0.01;
 /// Gains below this share are none.
 const LEAST_GAIN: f64 = 1e-6;
 
-const DEFINITIONS: [[&str; 2]; 2] = [
-    [
-        "random tries",
-        "As many designs, drawn evenly within the bounds: what a search must beat.",
-    ],
-    [
-        "judged value",
-        "Without tolerances the measure; with them that of the worst design within, or their mean, as asked.",
-    ],
-];
+const DEFINITIONS: &str = "\
+random tries: As many designs, drawn evenly within the bounds: what a search must beat.
+judged value: Without tolerances the measure; with them that of the worst design within, or their mean, as asked.";
 
 impl Describe for Designed {
     fn describe(&self) -> Sheet<'_> {
         let mut sheet = Sheet {
-            name: "design",
-            version: 1,
-            title: "Designed chain".into(),
             about: format!(
                 "{} made {} by {} key{}, in {} tries by {} and as many at random",
                 self.request.aim.words(),
@@ -46,15 +38,12 @@ impl Describe for Designed {
             ),
             answer: self.answer(),
             tables: vec![self.table()],
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("design", "Designed chain", DEFINITIONS)
         };
         let unit = self.unit();
         let [search, random] = [&self.search, &self.random].map(|course| self.shown(last(course)));
-        sheet.fact(
-            "search",
-            format!("{}: {search}; random tries {random}", self.method),
-        );
+        let text = format!("{}: {search}; random tries {random}", self.method);
+        sheet.fact("search", text);
         if !self.after.members.is_empty() {
             let [after, before] = [&self.after, &self.before].map(spread);
             sheet.fact("tolerances", format!("{after}; before {before}"));
@@ -66,10 +55,8 @@ impl Describe for Designed {
                 0 => String::new(),
                 more => format!(" and {more} more"),
             };
-            sheet.fact(
-                "at bounds",
-                format!("{named}{more}: wider ones may do better"),
-            );
+            let text = format!("{named}{more}: wider ones may do better");
+            sheet.fact("at bounds", text);
         }
         self.warnings(&mut sheet);
         sheet.numbers(json!({
@@ -94,8 +81,8 @@ impl Describe for Designed {
             "scene": self.scene,
         }));
         sheet.line("try", "try", "", tries(&self.search));
-        sheet.line("search", "try", &unit, &self.search[..]);
-        sheet.line("random", "random_try", &unit, &self.random[..]);
+        sheet.line("search", "try", unit, &self.search[..]);
+        sheet.line("random", "random_try", unit, &self.random[..]);
         let (time, force) = self.pulse_units();
         for (when, design) in [("before", &self.before), ("after", &self.after)] {
             let named = |name: &str| format!("{name}_{when}");
@@ -104,7 +91,7 @@ impl Describe for Designed {
             sheet.line(&named("force"), &along, force, &design.force[..]);
             sheet.line(&named("value"), "key", "", &design.values[..]);
             if !design.members.is_empty() {
-                sheet.line(&named("members"), "member", &unit, &design.members[..]);
+                sheet.line(&named("members"), "member", unit, &design.members[..]);
             }
         }
         sheet
@@ -134,20 +121,14 @@ fn tries(course: &[f64]) -> Vec<f64> {
 
 /// Ends and median of the members.
 fn spread(design: &Design) -> String {
-    let sorted = sorted(design);
-    let [low, middle, high] = [0.0, 0.5, 1.0]
-        .map(|share| number(sorted[((sorted.len() - 1) as f64 * share).round() as usize]));
+    let sorted = sorted(design.members.iter().copied());
+    let at = |share: f64| ((sorted.len() - 1) as f64 * share).round() as usize;
+    let [low, middle, high] = [0.0, 0.5, 1.0].map(|share| number(sorted[at(share)]));
     format!("{low} to {high}, median {middle}")
 }
 
-fn sorted(design: &Design) -> Vec<f64> {
-    let mut sorted = design.members.clone();
-    sorted.sort_by(f64::total_cmp);
-    sorted
-}
-
 impl Designed {
-    fn unit(&self) -> String {
+    fn unit(&self) -> &'static str {
         self.request.aim.unit(self.units)
     }
 
@@ -160,7 +141,7 @@ impl Designed {
 
     /// A value with the unit.
     fn shown(&self, value: f64) -> String {
-        with_unit(value, &self.unit())
+        with_unit(value, self.unit())
     }
 
     fn pulse_units(&self) -> (&'static str, &'static str) {
@@ -198,12 +179,10 @@ impl Designed {
             true => "falls",
             false => "rises",
         };
+        let reached = self.shown(last(&self.random));
         let found = match self.is_random {
             true => "a random try found it, the search did not".to_owned(),
-            false => {
-                let reached = self.shown(last(&self.random));
-                format!("as many random tries reach {reached}")
-            }
+            false => format!("as many random tries reach {reached}"),
         };
         let (before, after) = (number(before), self.shown(after));
         format!("{what} {verb} from {before} to {after}, {change}; {found}")
@@ -228,15 +207,11 @@ impl Designed {
     fn warnings(&self, sheet: &mut Sheet) {
         let n = self.search.len();
         let begin = self.search[((1.0 - LAST) * n as f64) as usize];
-        let gained = (begin - last(&self.search)).abs();
-        if !self.is_random && self.keys.len() > 1 && gained > SETTLED * last(&self.search).abs() {
-            sheet.warn(
-                format!(
-                    "the search still gains {} in its last fifth",
-                    percent(gained / last(&self.search).abs())
-                ),
-                "allow more `--tries`",
-            );
+        let gained = ((begin - last(&self.search)) / last(&self.search)).abs();
+        if !self.is_random && self.keys.len() > 1 && gained > SETTLED {
+            let gained = percent(gained);
+            let text = format!("the search still gains {gained} in its last fifth");
+            sheet.warn(text, "allow more `--tries`");
         }
         if self.is_random {
             sheet.warn(
@@ -245,10 +220,8 @@ impl Designed {
             );
         }
         if self.untold > 0 {
-            sheet.warn(
-                format!("the runs of {} tries do not tell the measure", self.untold),
-                "a later `end_time` or more `samples` may show it",
-            );
+            let text = format!("the runs of {} tries do not tell the measure", self.untold);
+            sheet.warn(text, "a later `end_time` or more `samples` may show it");
         }
         if self.after.error.is_some_and(|error| error > 0.01) {
             sheet.warn(
@@ -277,43 +250,33 @@ impl Designed {
 
     /// Of the measure.
     fn label(&self) -> String {
-        label(&self.request.aim.name().replace('_', " "), &self.unit())
+        label(&self.request.aim.name().replace('_', " "), self.unit())
     }
 
     fn course(&self) -> Chart {
         let line = |name, colour, course: &[f64]| Series::of(name, colour, &tries(course), course);
-        let mut chart = Chart::of(
-            "Best so far",
-            "tries",
-            self.label(),
-            vec![
-                line("search", BLUE, &self.search),
-                line("random", VERMILLION, &self.random).with(Look::Dashed),
-            ],
-        );
+        let series = vec![
+            line("search", BLUE, &self.search),
+            line("random", VERMILLION, &self.random).with(Look::Dashed),
+        ];
+        let mut chart = Chart::of("Best so far", "tries", self.label(), series);
         let at = self.judged[0];
         if at.is_finite() {
             chart.y.end = chart.y.end.max(1.05 * at);
-            chart.levels.push(Level {
-                at,
-                label: "scene".into(),
-            });
+            chart.levels.push(Level::new(at, "scene"));
         }
         chart
     }
 
     fn pulses(&self) -> Chart {
         let (time, force) = self.pulse_units();
-        Chart::of(
-            "Force of the last contact",
-            label("time", time),
-            label("force", force),
-            vec![
-                Series::of("scene", VERMILLION, &self.before.time, &self.before.force)
-                    .with(Look::Dashed),
-                Series::of("design", BLUE, &self.after.time, &self.after.force),
-            ],
-        )
+        let of = |name, colour, of: &Design| Series::of(name, colour, &of.time, &of.force);
+        let series = vec![
+            of("scene", VERMILLION, &self.before).with(Look::Dashed),
+            of("design", BLUE, &self.after),
+        ];
+        let title = "Force of the last contact";
+        Chart::of(title, label("time", time), label("force", force), series)
     }
 
     /// Values along a list that is free as a whole; of different keys, their places between the bounds.
@@ -337,32 +300,20 @@ impl Designed {
                 "share of the way from bound to bound".into(),
             ),
         };
-        Chart::of(
-            "Values",
-            abscissa,
-            ordinate,
-            vec![
-                Series::line("scene", VERMILLION, of(&self.before.values)).with(Look::Dashed),
-                Series::line("design", BLUE, of(&self.after.values)),
-            ],
-        )
+        let series = vec![
+            Series::line("scene", VERMILLION, of(&self.before.values)).with(Look::Dashed),
+            Series::line("design", BLUE, of(&self.after.values)),
+        ];
+        Chart::of("Values", abscissa, ordinate, series)
     }
 
     fn members_chart(&self) -> Chart {
-        let of = |design: &Design| -> Vec<(f64, f64)> {
-            let sorted = sorted(design);
-            let share = |i: usize| 100.0 * (i as f64 + 0.5) / sorted.len() as f64;
-            let places = sorted.iter().enumerate();
-            places.map(|(i, value)| (share(i), *value)).collect()
-        };
-        Chart::of(
-            "Within the tolerances, in order",
-            "share of members (%)",
-            self.label(),
-            vec![
-                Series::line("scene", VERMILLION, of(&self.before)).with(Look::Dashed),
-                Series::line("design", GREEN, of(&self.after)),
-            ],
-        )
+        let of = |design: &Design| in_order(design.members.iter().copied());
+        let series = vec![
+            Series::line("scene", VERMILLION, of(&self.before)).with(Look::Dashed),
+            Series::line("design", GREEN, of(&self.after)),
+        ];
+        let title = "Within the tolerances, in order";
+        Chart::of(title, ORDER, self.label(), series)
     }
 }

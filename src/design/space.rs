@@ -26,10 +26,8 @@ impl Free {
         };
         let name = name.trim().replace('-', "_");
         let list = scene.typed_value(&name)?;
-        let count = list
-            .as_ref()
-            .and_then(|list| list.as_array())
-            .map_or(0, Vec::len);
+        let entries = list.as_ref().and_then(|list| list.as_array());
+        let count = entries.map_or(0, Vec::len);
         if count == 0 {
             return Err(refuse(format!("a list of {name} in the scene"), text));
         }
@@ -54,12 +52,8 @@ impl Free {
             return Ok(Free { key, values: None });
         };
         let read: Option<Vec<(f64, &str)>> = values.split('|').map(quantity).collect();
-        let form = || {
-            refuse(
-                "numbers with bars between, all in one unit, such as 5mm|10mm|20mm",
-                text,
-            )
-        };
+        let expected = "numbers with bars between, all in one unit, such as 5mm|10mm|20mm";
+        let form = || refuse(expected, text);
         let mut read = read.ok_or_else(form)?;
         read.sort_by(|a, b| a.0.total_cmp(&b.0));
         read.dedup();
@@ -67,17 +61,12 @@ impl Free {
         if read.len() < 2 || read.iter().any(|value| value.1 != last.1) || last.0 == 0.0 {
             return Err(form());
         }
-        let unit = last.1;
-        let key = FreeKey::of(
-            &format!("{name}={:?}{unit}..{:?}{unit}", first.0, last.0),
-            scene,
-        )?;
+        let (unit, [low, high]) = (last.1, [first.0, last.0]);
+        let key = FreeKey::of(&format!("{name}={low:?}{unit}..{high:?}{unit}"), scene)?;
         let size = key.bounds[1] / last.0;
         let values = read.iter().map(|value| value.0 * size).collect();
-        Ok(Free {
-            key,
-            values: Some(values),
-        })
+        let values = Some(values);
+        Ok(Free { key, values })
     }
 
     /// Its values, 0 for all between its bounds.
@@ -100,12 +89,9 @@ impl Free {
     pub(super) fn start(&self) -> f64 {
         match &self.values {
             Some(values) => {
-                let off = |v: &f64| (v - self.key.start).abs();
-                let near = values
-                    .iter()
-                    .enumerate()
-                    .min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
-                near.map_or(0.5, |(i, _)| (i as f64 + 0.5) / values.len() as f64)
+                let off = |i: &usize| (values[*i] - self.key.start).abs();
+                let near = (0..values.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
+                near.map_or(0.5, |i| (i as f64 + 0.5) / values.len() as f64)
             }
             None => {
                 let [low, high] = self.key.coordinates();
@@ -132,22 +118,17 @@ impl Tolerance {
         let name = name.trim().replace('-', "_");
         let key = free.iter().find(|free| is_of(&free.key.name, &name));
         let key = key.ok_or_else(|| refuse(form))?;
-        let (number, is_share) = match by.trim().strip_suffix('%') {
-            Some(percent) => (
-                quantity(percent)
-                    .filter(|q| q.1.is_empty())
-                    .map(|q| 0.01 * q.0),
-                true,
-            ),
-            None => (
-                quantity(by)
-                    .filter(|q| q.1 == key.key.unit || q.1.is_empty())
-                    .map(|q| q.0),
-                false,
-            ),
-        };
-        match number {
-            Some(by) if by > 0.0 && by.is_finite() => Ok(Tolerance { name, by, is_share }),
+        let percent = by.trim().strip_suffix('%');
+        let is_share = percent.is_some();
+        match quantity(percent.unwrap_or(by)) {
+            Some((by, unit))
+                if by > 0.0
+                    && by.is_finite()
+                    && (unit.is_empty() || (unit == key.key.unit && !is_share)) =>
+            {
+                let by = if is_share { 0.01 * by } else { by };
+                Ok(Tolerance { name, by, is_share })
+            }
             _ if key.key.unit.is_empty() => Err(refuse(form)),
             _ => Err(refuse(&format!(
                 "a spread above 0 in {}, the scene's unit, or a share such as 5%",
@@ -203,11 +184,8 @@ impl Space {
     }
 
     pub(super) fn values(&self, point: &[f64]) -> Vec<f64> {
-        self.free
-            .iter()
-            .zip(point)
-            .map(|(free, u)| free.at(*u))
-            .collect()
+        let each = self.free.iter().zip(point);
+        each.map(|(free, u)| free.at(*u)).collect()
     }
 
     pub(super) fn start(&self) -> Vec<f64> {
@@ -217,10 +195,7 @@ impl Space {
     /// The settings of a member of a design.
     pub(super) fn settings(&self, values: &[f64], member: usize) -> Vec<Setting> {
         let keys: Vec<FreeKey> = self.free.iter().map(|free| free.key.clone()).collect();
-        let off = values
-            .iter()
-            .zip(&self.off[member])
-            .map(|(value, (by, add))| value * by + add);
-        settings(&keys, off)
+        let off = values.iter().zip(&self.off[member]);
+        settings(&keys, off.map(|(value, (by, add))| value * by + add))
     }
 }

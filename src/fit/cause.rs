@@ -9,9 +9,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::model::{Model, Other};
-use super::result::{judge, misfit};
+use super::result::judge;
 use super::shown::place;
 use super::solver::{Beside, Minimum, dot, minimize};
+use super::verdict::misfit;
 use crate::chain::scene::{SceneSource, Setting};
 use crate::chain::{Ends, Law, Laws, Scheme, Simulation};
 use crate::numeric::fisher_tail;
@@ -121,9 +122,9 @@ impl Held {
                 // At the overlap of a body that flies against the contact the force stays what it is.
                 let masses: f64 = chain.mass.iter().sum();
                 let energy = 0.5 * masses / chain.n_sites() as f64 * speed * speed;
+                let power = self.base + 1.0;
                 for coefficient in &mut chain.coefficient {
-                    let overlap =
-                        ((self.base + 1.0) * energy / *coefficient).powf(1.0 / (self.base + 1.0));
+                    let overlap = (power * energy / *coefficient).powf(1.0 / power);
                     *coefficient *= overlap.powf(self.base - value);
                 }
                 chain.law = Laws::from(Law::Power { exponent: value });
@@ -206,22 +207,18 @@ fn alternatives(model: &Model, at: &[f64], bodies: &[usize]) -> Result<Vec<Alter
     let is_held = |name: &str| model.keys.iter().all(|key| key.name != name);
     let has_exponent = chain.law.only().is_some_and(|law| exponent(law).is_some());
     let flies = simulation.drive.is_none() && simulation.velocity.iter().any(|v| *v != 0.0);
+    let exponent = has_exponent && is_held("exponent");
     let of_chain = [
         (is_held("dashpot"), "dashpot", Number::Dashpot),
         (is_held("tangent"), "tangent", Number::Tangent),
         (is_held("drag"), "drag", Number::Drag),
-        (
-            has_exponent && is_held("exponent"),
-            "exponent of the law",
-            Number::Exponent,
-        ),
+        (exponent, "exponent of the law", Number::Exponent),
         (flies, "speed at the start", Number::Speeds),
         (true, "coefficients of all contacts", Number::Coefficients),
     ];
     let of_chain = of_chain.into_iter().filter(|(is_held, ..)| *is_held);
-    let mut all: Vec<(String, Other)> = of_chain
-        .map(|(_, name, number)| (name.to_owned(), held(number)))
-        .collect();
+    let of_chain = of_chain.map(|(_, name, number)| (name.to_owned(), held(number)));
+    let mut all: Vec<(String, Other)> = of_chain.collect();
     let near = |count: usize| {
         let mut places: Vec<usize> = (0..count).collect();
         places.sort_by_key(|place| bodies.iter().map(|body| body.abs_diff(*place)).min());
@@ -239,10 +236,8 @@ fn alternatives(model: &Model, at: &[f64], bodies: &[usize]) -> Result<Vec<Alter
         };
         (name, held(Number::Contact(j)))
     }));
-    let has_gains = model
-        .others
-        .iter()
-        .any(|other| matches!(other, Other::Gain(_)));
+    let is_gain = |other: &Other| matches!(other, Other::Gain(_));
+    let has_gains = model.others.iter().any(is_gain);
     if !has_gains && records.bodies.len() > 1 {
         let place = place(records.quantity);
         let gain = |(site, body)| (format!("gain at {place} {body}"), Other::Gain(site));
@@ -324,15 +319,12 @@ pub(super) fn cause(model: &Model, found: &Minimum, bodies: &[usize]) -> Result<
     let known = model.records.known() as f64;
     let inflation = (noted.gain_scale() / noted.noise.sigma).powi(2);
     let variance = fit.squares / known * inflation;
-    let chance = fisher_tail(
-        (found.squares - fit.squares) / variance,
-        [1.0, known / inflation],
-    );
+    let lower = (found.squares - fit.squares) / variance;
+    let chance = fisher_tail(lower, [1.0, known / inflation]);
     let explained = 1.0 - fit.squares / found.squares;
     let is_all = misfit(&own, fit, &own.predicted(&fit.at)?, &noted.noise).is_none();
-    let rivals = ends[1..]
-        .iter()
-        .filter(|(_, other)| other.squares - fit.squares < TOLD * variance);
+    let rivals = ends[1..].iter();
+    let rivals = rivals.filter(|(_, other)| other.squares - fit.squares < TOLD * variance);
     let rivals: Vec<String> = rivals.map(|(i, _)| all[*i].name.clone()).collect();
     let is_little = chance * all.len() as f64 > LEVEL || !(is_all || explained > LEAST);
     if is_little || rivals.len() > RIVALS {

@@ -49,9 +49,8 @@ fn eigen_of(matrix: &[Vec<f64>]) -> Vec<(f64, Vec<f64>)> {
 fn null_space(information: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let all = eigen_of(information);
     let largest = all.first().map_or(0.0, |(value, _)| *value);
-    let none = all
-        .into_iter()
-        .filter(|(value, _)| *value <= NOTHING * largest);
+    let none = all.into_iter();
+    let none = none.filter(|(value, _)| *value <= NOTHING * largest);
     none.map(|(_, vector)| vector).collect()
 }
 
@@ -61,16 +60,11 @@ pub(super) fn factored(mut scaled: Vec<Vec<f64>>, sizes: &[f64]) -> (Vec<Vec<f64
     let none = null_space(&scaled);
     for vector in &none {
         for (row, v) in scaled.iter_mut().zip(vector) {
-            row.iter_mut()
-                .zip(vector)
-                .for_each(|(entry, w)| *entry += v * w);
+            let cells = row.iter_mut().zip(vector);
+            cells.for_each(|(cell, w)| *cell += v * w);
         }
     }
-    let unit = |k: usize| {
-        (0..sizes.len())
-            .map(|i| f64::from(u8::from(i == k)))
-            .collect()
-    };
+    let unit = |k: usize| (0..sizes.len()).map(|i| f64::from(i == k)).collect();
     let lower = cholesky(&scaled).unwrap_or_else(|| (0..sizes.len()).map(unit).collect());
     let unscaled = |vector: &Vec<f64>| {
         let change: Vec<f64> = vector.iter().zip(sizes).map(|(v, size)| v / size).collect();
@@ -85,9 +79,8 @@ pub(super) fn factored(mut scaled: Vec<Vec<f64>>, sizes: &[f64]) -> (Vec<Vec<f64
 pub(super) fn loose(covariance: &[Vec<f64>]) -> Vec<Vec<f64>> {
     // The method is for positive values of one size: variances of 1 are what counts.
     let all = eigen_of(covariance).into_iter();
-    all.filter(|(value, _)| *value > LOOSE * LOOSE)
-        .map(|(_, vector)| vector)
-        .collect()
+    let loose = all.filter(|(value, _)| *value > LOOSE * LOOSE);
+    loose.map(|(_, vector)| vector).collect()
 }
 
 impl Direction {
@@ -102,17 +95,13 @@ impl Direction {
             [_] => format!("nothing of {}", names[0]),
             [a, b] => {
                 let both = [a, b].map(|k| (unknowns[k].linear(), change[k]));
-                format!(
-                    "{} only {}",
-                    listed(&names),
-                    pair(both, [&names[0], &names[1]])
-                )
+                let words = pair(both, [&names[0], &names[1]]);
+                format!("{} only {words}", listed(&names))
             }
-            _ => format!(
-                "{} only in {} combinations",
-                listed(&names),
-                parts.len() - 1
-            ),
+            _ => {
+                let count = parts.len() - 1;
+                format!("{} only in {count} combinations", listed(&names))
+            }
         };
         Direction {
             names,
@@ -139,11 +128,8 @@ fn pair([(of_a, da), (of_b, db)]: [(Option<f64>, f64); 2], [a, b]: [&str; 2]) ->
             format!("as {first}^{power} {second}")
         }
         (Some(of_a), Some(of_b)) => {
-            let (own, other) = if first == a {
-                (of_a, of_b)
-            } else {
-                (of_b, of_a)
-            };
+            let is_first = first == a;
+            let (own, other) = if is_first { (of_a, of_b) } else { (of_b, of_a) };
             format!("as {} {first} + {second}", number(weight * other / own))
         }
         _ => "together".into(),

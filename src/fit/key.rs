@@ -46,21 +46,15 @@ pub struct FreeKey {
 
 impl Place {
     fn parse(text: &str) -> Option<Place> {
-        let (key, index, member) = match text.split_once('[') {
-            None => (text, None, None),
-            Some((key, rest)) => {
-                let (index, member) = rest.split_once(']')?;
-                let index = Some(index.trim().parse().ok()?);
-                match member.trim() {
-                    "" => (key, index, None),
-                    member => (
-                        key,
-                        index,
-                        Some(member.strip_prefix('.')?.trim().to_owned()),
-                    ),
-                }
+        let (key, rest) = text.split_once('[').unwrap_or((text, ""));
+        let (mut index, mut member) = (None, None);
+        if key != text {
+            let (number, behind) = rest.split_once(']')?;
+            index = Some(number.trim().parse().ok()?);
+            if !behind.trim().is_empty() {
+                member = Some(behind.trim().strip_prefix('.')?.trim().to_owned());
             }
-        };
+        }
         let key = key.trim().replace('-', "_");
         let mut shown = key.clone();
         shown.extend(index.map(|index: usize| format!("[{index}]")));
@@ -208,9 +202,11 @@ impl FreeKey {
 
     /// What a unit of its coordinate is, for keys that are not searched in their logarithm.
     pub(super) fn scale(&self) -> f64 {
-        match (self.bounds[1] - self.bounds[0]).is_finite() {
-            true => self.bounds[1] - self.bounds[0],
-            false => self.start.abs(),
+        let span = self.bounds[1] - self.bounds[0];
+        if span.is_finite() {
+            span
+        } else {
+            self.start.abs()
         }
     }
 
@@ -233,13 +229,8 @@ impl FreeKey {
 
     /// Bounds of the coordinate.
     pub(crate) fn coordinates(&self) -> [f64; 2] {
-        match self.is_log {
-            true => [
-                self.coordinate(self.bounds[0].max(0.0)),
-                self.coordinate(self.bounds[1]),
-            ],
-            false => self.bounds.map(|end| self.coordinate(end)),
-        }
+        let least = if self.is_log { 0.0 } else { f64::NEG_INFINITY };
+        self.bounds.map(|end| self.coordinate(end.max(least)))
     }
 
     /// A start at this share, in 0..1, of what the bounds, or else a tenth up and down, span.
@@ -360,7 +351,7 @@ mod tests {
         let of = |text: &str| FreeKey::of(text, &scene()).unwrap();
         let young = of("young=50e9..90e9");
         assert_eq!(
-            (young.start, young.unit.as_str(), young.is_log),
+            (young.start, &*young.unit, young.is_log),
             (72.0, "GPa", true)
         );
         assert!((young.bounds[1] - 90.0).abs() < 1e-12, "{:?}", young.bounds);
@@ -375,10 +366,8 @@ mod tests {
         let factor = of("defect[0].factor=1..3");
         assert!(set(&[factor], &[1.5])[0].contains("factor = 1.5"));
         let tangent = of("tangent=0..5us");
-        assert_eq!(
-            (tangent.start, tangent.is_log, tangent.scale()),
-            (2.5, false, 5.0)
-        );
+        let found = (tangent.start, tangent.is_log, tangent.scale());
+        assert_eq!(found, (2.5, false, 5.0));
     }
 
     /// A ratio is 1 or more, a loss 0 or more, a coefficient of a law may be negative: by what scenes accept.

@@ -26,9 +26,8 @@ mod solver;
 mod verdict;
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::AtomicU64;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub use cause::Cause;
@@ -45,11 +44,12 @@ pub use verdict::Misfit;
 
 use crate::chain::scene::SceneSource;
 use crate::numeric::Random;
-use crate::observer::{CancelOnly, Observer};
+use crate::observer::Observer;
+use crate::system::journal::Outcome;
 use crate::{Error, Field, Result};
-use kept::{Kept, Searched};
+use kept::{Asked, Ended, Kept};
 use model::{Model, Other, rms};
-use solver::{Minimum, Problem, minimize};
+use solver::{Problem, minimize};
 
 /// Local error of runs, over the speed of the motion, and that of the runs that they are checked with.
 const LOCAL_ERROR: f64 = 1e-9;
@@ -184,12 +184,10 @@ impl FitRequest {
     ) -> Result<Fitted> {
         let keys = FreeKey::each(&self.free, scene)?;
         self.instruments.check()?;
-        if self.starts == 0 {
-            return Err(Error::request("starts", "1 or more", "0"));
-        }
-        let counted = Counted::new(observer);
+        Error::require(self.starts > 0, "starts", "1 or more", "0")?;
+        let runs = AtomicU64::new(0);
         let others = self.instruments.unknowns(&records);
-        let mut model = Model::of(scene, (&keys, &others), &records, &counted)?;
+        let mut model = Model::of(scene, (&keys, &others), &records, (observer, &runs))?;
         let noise = GUESSED_NOISE * records.size();
         model.gain_weight = self.instruments.gain_weight(noise).unwrap_or(0.0);
         records.check_number(model.unknowns())?;
@@ -199,100 +197,88 @@ impl FitRequest {
             until,
             left_out: records.times.len() - used.times.len(),
         });
-        let (best, searches, runs) = self.search(&model)?;
-        let fitted = self.judged(&mut model, best, (searches, horizon, error));
-        let mut fitted = fitted.map_err(|error| self.paused(error, self.starts))?;
-        fitted.runs = counted.runs() + runs;
+        let kept = Kept::open(self.resume.as_deref(), &Asked::of(self, &model)?)?;
+        let ended = self.search(&model, &kept)?;
+        let fitted = self.judged(&mut model, &ended, (horizon, error));
+        let mut fitted = fitted.map_err(|error| kept.paused(error, self.starts))?;
+        let of_searches = ended.iter().map(|search| search.runs);
+        fitted.runs = runs.into_inner() + of_searches.sum::<u64>();
         Ok(fitted)
     }
 
-    /// The chain at a minimum: what noise makes of it, and why it misses what it misses.
-    fn judged(&self, model: &mut Model, mut best: Minimum, about: Circumstances) -> Result<Fitted> {
-        // With the steps of no search, so that a resumed fit has the same bits.
-        best.columns = model.columns(&best.at, &mut Vec::new())?;
-        for _ in 0..REPEATED {
-            if model.gain_weight == 0.0 {
-                break;
+    /// The chain at the best minimum: what noise makes of it, and why it misses what it misses.
+    fn judged(&self, model: &mut Model, ended: &[Ended], about: Circumstances) -> Result<Fitted> {
+        let values = |at: &[f64]| {
+            let each = model.keys.iter().zip(at);
+            each.map(|(key, u)| key.value_at(*u)).collect()
+        };
+        let known = model.records.known() as f64;
+        let searches = ended.iter().map(|search| Search {
+            start: values(&search.start),
+            end: values(&search.end),
+            missed: (search.squares / known).sqrt(),
+            is_settled: search.is_settled,
+        });
+        let searches = searches.collect();
+        let least = ended.iter().min_by(|a, b| a.squares.total_cmp(&b.squares));
+        let at = least.map_or(&[][..], |search| &search.end);
+        let (mut best, mut predicted) = model.minimum(at)?;
+        if model.gain_weight > 0.0 {
+            for _ in 0..REPEATED {
+                let noise = result::judge(model, &best).gain_scale();
+                model.gain_weight = self.instruments.gain_weight(noise).unwrap_or(0.0);
+                best = minimize(model, &best.at)?;
             }
-            let noise = result::judge(model, &best).gain_scale();
-            model.gain_weight = self.instruments.gain_weight(noise).unwrap_or(0.0);
-            best = minimize(model, &best.at)?;
+            predicted = model.predicted(&best.at)?;
         }
-        let mut fitted = Fitted::of(model, &best, about)?;
+        let mut fitted = Fitted::of(model, &best, &predicted, about);
+        fitted.searches = searches;
         if let Some(misfit) = &fitted.misfit {
             fitted.cause = cause::cause(model, &best, &misfit.bodies)?;
         }
         Ok(fitted)
     }
 
-    /// Where searches that have ended are kept, the error of a fit that is stopped says how many.
-    fn paused(&self, error: Error, known: usize) -> Error {
-        match (error, &self.resume) {
-            (Error::Cancelled, Some(_)) => Error::Paused {
-                known,
-                members: self.starts,
-            },
-            (error, _) => error,
-        }
-    }
-
-    /// The best minimum, where all searches ended, and their runs.
-    fn search(&self, model: &Model) -> Result<(Minimum, Vec<Search>, u64)> {
+    /// Where all searches ended.
+    fn search(&self, model: &Model, kept: &Kept) -> Result<Vec<Ended>> {
         let mut first = vec![0.0; model.unknowns()];
         if self.instruments.time_shift {
             first[model.keys.len()] = aligned(model, &first)?;
         }
-        model.observer.stage("searches", self.starts as u64);
-        let kept = Kept::open(self, model)?;
-        let found: Vec<Result<Searched>> = (0..self.starts)
-            .into_par_iter()
-            .map(|search| {
-                let found = kept.search(search, model, |model| {
-                    let start = match search {
-                        0 => first.clone(),
-                        search => self.candidate(model, &first, search),
-                    };
-                    let found = minimize(model, &start)?;
-                    Ok((start, found))
-                });
-                model.observer.advance(1);
-                found
-            })
-            .collect();
-        let known = found.iter().filter(|found| found.is_ok()).count();
-        let values = |at: &[f64]| {
-            let each = model.keys.iter().zip(at);
-            each.map(|(key, u)| key.value_at(*u)).collect()
-        };
-        let (mut searches, mut runs, mut failed) = (Vec::new(), 0, None);
-        let mut best: Option<Minimum> = None;
-        for found in found {
-            let (start, found, of_search) = match found {
-                Err(error @ (Error::Cancelled | Error::Write { .. })) => {
-                    return Err(self.paused(error, known));
-                }
-                Err(error) => {
-                    failed = failed.or(Some(error));
-                    continue;
-                }
-                Ok(found) => found,
-            };
-            runs += of_search;
-            searches.push(Search {
-                start: values(&start),
-                end: values(&found.at),
-                missed: (found.squares / model.records.known() as f64).sqrt(),
-                is_settled: found.is_settled,
+        let searches: Vec<usize> = (0..self.starts).collect();
+        kept.each("searches", &searches, model.observer, |search, observer| {
+            let found = kept.member(search, || {
+                let runs = AtomicU64::new(0);
+                let model = Model {
+                    observer,
+                    runs: &runs,
+                    ..*model
+                };
+                let start = match search {
+                    0 => first.clone(),
+                    search => self.candidate(&model, &first, *search),
+                };
+                let found = minimize(&model, &start)?;
+                Ok(Ended {
+                    start,
+                    end: found.at,
+                    squares: found.squares,
+                    is_settled: found.is_settled,
+                    runs: runs.into_inner(),
+                })
             });
-            if best
-                .as_ref()
-                .is_none_or(|best| found.squares < best.squares)
-            {
-                best = Some(found);
+            found.and_then(|_| kept.sync())
+        })?;
+        let outcomes = kept.outcomes();
+        let ended = outcomes.values().filter_map(Outcome::done);
+        let ended: Vec<Ended> = ended.cloned().collect();
+        match outcomes.values().next() {
+            Some(Outcome::Failed(why)) if ended.is_empty() => {
+                let expected = "keys with which the chain runs";
+                Err(Error::request("free", expected, why))
             }
+            _ => Ok(ended),
         }
-        let best = best.ok_or_else(|| failed.unwrap_or(Error::Cancelled))?;
-        Ok((best, searches, runs))
     }
 
     /// Of some random points the one that fits best.
@@ -366,10 +352,8 @@ fn horizon(model: &Model, at: &[f64]) -> Result<(Option<f64>, f64)> {
         sites.fold(0.0, f64::max) / size.max(f64::MIN_POSITIVE)
     };
     let differences: Vec<f64> = (0..times).map(difference).collect();
-    let end = differences
-        .iter()
-        .position(|d| *d > AMPLIFIED)
-        .unwrap_or(times);
+    let first = differences.iter().position(|d| *d > AMPLIFIED);
+    let end = first.unwrap_or(times);
     let worst = differences[..end].iter().copied().fold(0.0, f64::max);
     let until = (end < times).then(|| records.times[end.saturating_sub(1)]);
     Ok((until, worst))
@@ -391,42 +375,4 @@ fn reliable(model: &Model, at: &[f64]) -> Result<(Records, Option<f64>, f64)> {
         "a chain whose rounding errors stay small over the records: shorter records, or fewer bodies",
         format!("one whose runs agree until {until:e} alone, {share:.0} % of them"),
     ))
-}
-
-/// Counts runs, each of which asks once whether it is to stop.
-struct Counted<'a> {
-    observer: &'a dyn Observer,
-    runs: AtomicU64,
-}
-
-impl<'a> Counted<'a> {
-    fn new(observer: &'a dyn Observer) -> Self {
-        Counted {
-            observer,
-            runs: AtomicU64::new(0),
-        }
-    }
-
-    fn runs(&self) -> u64 {
-        self.runs.load(Ordering::Relaxed)
-    }
-}
-
-impl Observer for Counted<'_> {
-    fn stage(&self, name: &'static str, units: u64) {
-        match name {
-            "run" => {
-                self.runs.fetch_add(1, Ordering::Relaxed);
-            }
-            name => self.observer.stage(name, units),
-        }
-    }
-
-    fn advance(&self, units: u64) {
-        self.observer.advance(units);
-    }
-
-    fn cancelled(&self) -> bool {
-        CancelOnly(self.observer).cancelled()
-    }
 }

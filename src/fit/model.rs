@@ -1,6 +1,7 @@
 //! What a chain with given values of the free keys would have measured.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
@@ -8,7 +9,7 @@ use super::cause::Held;
 use super::key::{FreeKey, settings};
 use super::local_error;
 use super::records::Records;
-use super::solver::Problem;
+use super::solver::{Minimum, Problem, square};
 use crate::Result;
 use crate::chain::Simulation;
 use crate::chain::scene::{SceneSource, Setting};
@@ -53,6 +54,8 @@ pub(super) struct Model<'a> {
     pub gain_weight: f64,
     pub local_error: f64,
     pub observer: &'a dyn Observer,
+    /// How many there were.
+    pub runs: &'a AtomicU64,
 }
 
 impl<'a> Model<'a> {
@@ -62,7 +65,7 @@ impl<'a> Model<'a> {
         scene: &'a SceneSource,
         (keys, others): (&'a [FreeKey], &'a [Other]),
         records: &'a Records,
-        observer: &'a dyn Observer,
+        (observer, runs): (&'a dyn Observer, &'a AtomicU64),
     ) -> Result<Model<'a>> {
         let setup = scene.setup().map_err(|error| scene.locate(error))?;
         records.check(&setup)?;
@@ -74,6 +77,7 @@ impl<'a> Model<'a> {
             records,
             gain_weight: 0.0,
             observer,
+            runs,
         })
     }
 
@@ -108,7 +112,7 @@ impl<'a> Model<'a> {
         let simulation = self.simulation(at)?;
         let clocks = self.others(at).filter(|(other, _)| *other == Other::Clock);
         let shift = clocks.map(|(_, u)| u).sum::<f64>() * self.records.step();
-        self.observer.stage("run", 1);
+        self.runs.fetch_add(1, Ordering::Relaxed);
         let times: Vec<f64> = self.records.times.iter().map(|t| t - shift).collect();
         let watch = CancelOnly(self.observer);
         simulated(&simulation, self.records, &times, local_error, &watch)
@@ -130,6 +134,32 @@ impl<'a> Model<'a> {
     /// The records as they are measured.
     pub fn predicted(&self, at: &[f64]) -> Result<Vec<f64>> {
         Ok(self.with_gains(at, self.records_at(at, self.local_error)?))
+    }
+
+    /// What is measured beyond what is predicted, 0 where it is missing; behind it what gains miss of 1.
+    fn beyond(&self, at: &[f64], predicted: &[f64]) -> Vec<f64> {
+        let pairs = self.records.values.iter().zip(predicted);
+        let mut residual = self.records.masked(pairs.map(|(y, p)| y - p));
+        if self.gain_weight > 0.0 {
+            let gains = self.others(at);
+            let gains = gains.filter(|(other, _)| matches!(other, Other::Gain(_)));
+            residual.extend(gains.map(|(_, u)| -self.gain_weight * u));
+        }
+        residual
+    }
+
+    /// A minimum where one is known to be, by steps of no search, and the records there.
+    pub fn minimum(&self, at: &[f64]) -> Result<(Minimum, Vec<f64>)> {
+        let predicted = self.predicted(at)?;
+        let residual = self.beyond(at, &predicted);
+        let minimum = Minimum {
+            at: at.to_vec(),
+            squares: square(&residual),
+            residual,
+            columns: self.columns(at, &mut Vec::new())?,
+            is_settled: true,
+        };
+        Ok((minimum, predicted))
     }
 
     /// The change of the records along a coordinate, by the central difference of two runs.
@@ -205,11 +235,8 @@ impl Problem for Model<'_> {
             Other::Held(held) => held.bounds(),
             _ => [f64::NEG_INFINITY, f64::INFINITY],
         });
-        self.keys
-            .iter()
-            .map(FreeKey::coordinates)
-            .chain(others)
-            .collect()
+        let keys = self.keys.iter().map(FreeKey::coordinates);
+        keys.chain(others).collect()
     }
 
     fn floor(&self) -> f64 {
@@ -217,18 +244,8 @@ impl Problem for Model<'_> {
         error * error * self.records.known() as f64
     }
 
-    /// What is measured beyond what is predicted, 0 where it is missing; behind it what gains miss of 1.
     fn residual(&self, at: &[f64]) -> Result<Vec<f64>> {
-        let predicted = self.predicted(at)?;
-        let pairs = self.records.values.iter().zip(&predicted);
-        let mut residual = self.records.masked(pairs.map(|(y, p)| y - p));
-        if self.gain_weight > 0.0 {
-            let gains = self
-                .others(at)
-                .filter(|(other, _)| matches!(other, Other::Gain(_)));
-            residual.extend(gains.map(|(_, u)| -self.gain_weight * u));
-        }
-        Ok(residual)
+        Ok(self.beyond(at, &self.predicted(at)?))
     }
 
     /// Columns of minus the derivatives of the residual. `steps` are those of differences, and become better ones.
@@ -274,24 +291,22 @@ pub(super) fn simulated(
     let before = times.iter().filter(|t| **t - 2.0 * aside < 0.0).count();
     let mut values = vec![0.0; n * sites];
     for (site, &body) in records.bodies.iter().enumerate() {
-        let force = || chain.force(body, &simulation.displacement, &simulation.velocity);
+        let (x, v) = (&simulation.displacement, &simulation.velocity);
         for i in 0..before {
             values[n * site + i] = match records.quantity {
-                Quantity::Displacement => {
-                    simulation.displacement[body] + times[i] * simulation.velocity[body]
-                }
-                Quantity::Velocity => simulation.velocity[body],
-                Quantity::Force => force(),
+                Quantity::Displacement => x[body] + times[i] * v[body],
+                Quantity::Velocity => v[body],
+                Quantity::Force => chain.force(body, x, v),
                 _ => 0.0,
             };
         }
     }
+    let own = times[before..].iter();
     let wanted: Vec<f64> = match aside > 0.0 {
-        true => times[before..]
-            .iter()
+        true => own
             .flat_map(|t| ASIDES.map(|(d, _)| t + d * aside))
             .collect(),
-        false => times[before..].to_vec(),
+        false => own.copied().collect(),
     };
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by(|a, b| wanted[*a].total_cmp(&wanted[*b]));

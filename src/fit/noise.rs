@@ -51,11 +51,8 @@ impl Noise {
         let raw = covariances(residual, times, longest + 1, samples);
         let first = Noise::through(&raw, samples, longest);
         let taken = linear.taken(&first, raw[0], longest + 1, samples);
-        let whole: Vec<f64> = raw
-            .iter()
-            .zip(&taken)
-            .map(|(raw, taken)| raw + taken)
-            .collect();
+        let pairs = raw.iter().zip(&taken);
+        let whole: Vec<f64> = pairs.map(|(raw, taken)| raw + taken).collect();
         let mut noise = Noise::through(&whole, samples, longest);
         let back = (whole[0] / raw[0].max(f64::MIN_POSITIVE)).sqrt();
         let of_site = |site: usize| {
@@ -125,8 +122,8 @@ impl Noise {
     pub fn density(&self, frequency: f64) -> f64 {
         let lags = self.coefficients.iter().zip(&self.correlation[1..]);
         let white = 1.0 - lags.map(|(a, c)| a * c).sum::<f64>();
-        let turn =
-            |k: usize| Complex::from_polar(1.0, -std::f64::consts::TAU * frequency * k as f64);
+        let angle = -std::f64::consts::TAU * frequency;
+        let turn = |k: usize| Complex::from_polar(1.0, angle * k as f64);
         let each = self.coefficients.iter().enumerate();
         let gain = Complex::from(1.0) - each.map(|(k, a)| a * turn(k + 1)).sum::<Complex<f64>>();
         white / gain.norm_sqr().max(f64::MIN_POSITIVE)
@@ -152,16 +149,13 @@ impl Noise {
     /// samples that it takes is missing.
     pub fn whitened(&self, grid: &[f64], known: &[bool], times: usize) -> Vec<Option<f64>> {
         let order = self.coefficients.len();
-        (0..grid.len())
-            .map(|at| {
-                let (site, i) = (at / times, at % times);
-                let is_whole = i >= order && known[at - order..=at].iter().all(|known| *known);
-                let past: f64 = (1..=order.min(i))
-                    .map(|k| self.coefficients[k - 1] * grid[at - k])
-                    .sum();
-                is_whole.then(|| (grid[at] - past) / self.sigmas[site].max(f64::MIN_POSITIVE))
-            })
-            .collect()
+        let white = |at: usize| {
+            let is_whole = at % times >= order && known[at - order..=at].iter().all(|known| *known);
+            let past = |k: usize| self.coefficients[k - 1] * grid[at - k];
+            let sigma = self.sigmas[at / times].max(f64::MIN_POSITIVE);
+            is_whole.then(|| (grid[at] - (1..=order).map(past).sum::<f64>()) / sigma)
+        };
+        (0..grid.len()).map(white).collect()
     }
 }
 
@@ -226,10 +220,8 @@ impl Linear<'_> {
         let (n, times) = (self.samples(), self.times);
         let ones = vec![1.0; self.sites];
         let middle = self.between(&self.score(noise, &ones));
-        let columns = self.columns.iter();
-        let correlated: Vec<Vec<f64>> = columns
-            .map(|column| noise.correlated(&column[..n], times))
-            .collect();
+        let correlated = |column: &Vec<f64>| noise.correlated(&column[..n], times);
+        let correlated: Vec<Vec<f64>> = self.columns.iter().map(correlated).collect();
         let transposed = |columns: &[Vec<f64>], at: usize| -> Vec<f64> {
             columns.iter().map(|c| c[at]).collect()
         };

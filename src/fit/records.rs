@@ -5,10 +5,11 @@ use ndarray::Array2;
 use crate::chain::Chain;
 use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::field::{Axis, Quantity};
+use crate::numeric::sorted;
 use crate::transform::{RecordScratch, RecordTransform, fold};
 use crate::{Error, Field, Result};
 
-use super::key::{ratio, refuse};
+use super::key::ratio;
 use super::shown::place;
 
 /// By how much of the distance of bodies a site may be off a body.
@@ -46,7 +47,7 @@ impl Records {
     /// belong to the scene's, a quantity that no run has, and too few samples; [`Error::Scene`].
     pub fn of(field: &Field, scene: &SceneSource, bodies: Option<&[usize]>) -> Result<Records> {
         let setup = &scene.setup().map_err(|error| scene.locate(error))?;
-        let scales = Scales::of(field, setup.units)?;
+        let (time, length, sample, units) = scales_of(field, setup.units)?;
         let (n, m) = (field.n_times(), field.n_sites());
         let bodies = match bodies {
             Some(bodies) if bodies.len() == m => bodies.to_vec(),
@@ -54,44 +55,31 @@ impl Records {
                 let expected = format!("{m} numbers, one for each site of the field");
                 return Err(Error::request("bodies", expected, bodies.len().to_string()));
             }
-            None => bodies_of(field, setup, scales.length)?,
+            None => bodies_of(field, setup, length)?,
         };
         let mut records = Records {
             quantity: field.quantity,
-            times: (0..n).map(|i| scales.time * field.time.at(i)).collect(),
+            times: (0..n).map(|i| time * field.time.at(i)).collect(),
             bodies,
             values: Vec::new(),
-            units: scales.units,
+            units,
         };
         // Before a large field is read.
         records.check(setup)?;
         let mut values = vec![0.0; n * m];
         field.read_site_major(0..n, 0..m, &mut values);
-        for value in &mut values {
-            *value = if value.is_finite() {
-                *value * scales.sample
-            } else {
-                f64::NAN
-            };
-        }
-        records.values = values;
-        records.check_size()?;
-        Ok(records)
-    }
-
-    /// That squares of the samples, and of their noise, are numbers above 0.
-    fn check_size(&self) -> Result<()> {
-        let known = self.values.iter().filter(|value| value.is_finite());
+        let scaled = values.iter().map(|value| match value.is_finite() {
+            true => value * sample,
+            false => f64::NAN,
+        });
+        records.values = scaled.collect();
+        let known = records.values.iter().filter(|value| value.is_finite());
         let largest = known.fold(0.0, |m: f64, value| m.max(value.abs()));
-        if SIZES.contains(&largest) {
-            return Ok(());
-        }
-        let expected = format!(
-            "samples of which the largest is {:e} to {:e}",
-            SIZES.start(),
-            SIZES.end()
-        );
-        Err(Error::request("field", expected, format!("{largest:e}")))
+        let (low, high) = (SIZES.start(), SIZES.end());
+        let expected = format!("samples of which the largest is {low:e} to {high:e}");
+        let found = format!("{largest:e}");
+        Error::require(SIZES.contains(&largest), "field", expected, found)?;
+        Ok(records)
     }
 
     pub(super) fn check(&self, setup: &Setup) -> Result<()> {
@@ -101,37 +89,26 @@ impl Records {
             let expected = format!("a {place} of the chain, 0 to {}", count - 1);
             return Err(Error::request("bodies", expected, body.to_string()));
         }
-        if let Some(twice) =
-            (1..self.bodies.len()).find(|i| self.bodies[..*i].contains(&self.bodies[*i]))
-        {
+        let is_twice = |i: &usize| self.bodies[..*i].contains(&self.bodies[*i]);
+        if let Some(twice) = (1..self.bodies.len()).find(is_twice) {
             let found = format!("{} twice", self.bodies[twice]);
             return Err(Error::request("bodies", "each once", found));
         }
-        if let Some(i) = (1..self.times.len()).find(|i| self.times[*i] <= self.times[i - 1]) {
-            let found = format!("{} after {}", self.times[i], self.times[i - 1]);
+        if let Some(pair) = self.times.windows(2).find(|pair| pair[1] <= pair[0]) {
+            let found = format!("{} after {}", pair[1], pair[0]);
             return Err(Error::request("field", "times that rise", found));
         }
-        match self.times.last() {
-            Some(last) if *last > 0.0 => Ok(()),
-            _ => {
-                let expected =
-                    "samples after time 0, at which the run starts (`--t0` states the first one)";
-                Err(Error::request("t0", expected, "none"))
-            }
-        }
+        let is_after = self.times.last().is_some_and(|last| *last > 0.0);
+        let expected =
+            "samples after time 0, at which the run starts (`--t0` states the first one)";
+        Error::require(is_after, "t0", expected, "none")
     }
 
     /// That there are enough samples for so many unknowns.
     pub(super) fn check_number(&self, unknowns: usize) -> Result<()> {
-        let known = self.known();
-        if known < LEAST * unknowns.max(1) {
-            let expected = format!(
-                "{} samples or more for {unknowns} unknowns",
-                LEAST * unknowns.max(1)
-            );
-            return Err(refuse(&expected, &known.to_string()));
-        }
-        Ok(())
+        let (known, least) = (self.known(), LEAST * unknowns.max(1));
+        let expected = format!("{least} samples or more for {unknowns} unknowns");
+        Error::require(known >= least, "free", expected, known)
     }
 
     /// Number of samples that are not missing.
@@ -163,12 +140,7 @@ impl Records {
 
     /// The step of the times, their median where they are uneven.
     pub fn step(&self) -> f64 {
-        let mut steps: Vec<f64> = self
-            .times
-            .windows(2)
-            .map(|pair| pair[1] - pair[0])
-            .collect();
-        steps.sort_by(f64::total_cmp);
+        let steps = sorted(self.times.windows(2).map(|pair| pair[1] - pair[0]));
         steps.get(steps.len() / 2).copied().unwrap_or(1.0)
     }
 
@@ -224,59 +196,32 @@ impl Records {
     }
 }
 
-/// What numbers of a field are multiplied by to be in the units of a scene.
-#[derive(Debug, Clone, PartialEq)]
-struct Scales {
-    time: f64,
-    /// `None` for scenes without units.
-    length: Option<f64>,
-    sample: f64,
-    /// Of times and samples; empty where the scene has none.
-    units: [String; 2],
-}
+/// What times, lengths and samples of a field are multiplied by to be in the units of a scene, lengths `None` beside scenes
+/// without units, and the units of times and samples; empty where the scene has none.
+type Scales = (f64, Option<f64>, f64, [String; 2]);
 
-impl Scales {
-    /// # Errors
-    /// [`Error::Request`] for units that do not belong to the scene's, a field without a time step beside a scene in SI, and a
-    /// quantity that no run has.
-    fn of(field: &Field, scene: Units) -> Result<Scales> {
-        let name = |unit: &Option<String>| unit.clone().unwrap_or_default();
-        if scene != Units::Si {
-            return Ok(Scales {
-                time: 1.0,
-                length: None,
-                sample: 1.0,
-                units: [name(&field.time.unit), name(&field.unit)],
-            });
-        }
-        if field.time == Axis::index() {
-            let expected = "the time step of the field, such as `--dt 1us`";
-            return Err(Error::request(
-                "dt",
-                expected,
-                "none stated, and none known from the file",
-            ));
-        }
-        let units = unit_of(field.quantity, scene)?;
-        let size = |stated: &Option<String>, unit: &str| {
-            let stated = stated.as_deref().unwrap_or(unit).replace('²', "^2");
-            let known = if stated == unit {
-                Some(1.0)
-            } else {
-                ratio(&stated, unit)
-            };
-            known.ok_or_else(|| {
-                let expected = format!("a unit of what the scene has in {unit}");
-                Error::request("unit", expected, stated)
-            })
-        };
-        Ok(Scales {
-            time: size(&field.time.unit, "s")?,
-            length: Some(size(&field.space.unit, "m")?),
-            sample: size(&field.unit, &units[1])?,
-            units,
-        })
+/// # Errors
+/// [`Error::Request`] for units that do not belong to the scene's, a field without a time step beside a scene in SI, and a
+/// quantity that no run has.
+fn scales_of(field: &Field, scene: Units) -> Result<Scales> {
+    let name = |unit: &Option<String>| unit.clone().unwrap_or_default();
+    if scene != Units::Si {
+        return Ok((1.0, None, 1.0, [&field.time.unit, &field.unit].map(name)));
     }
+    let expected = "the time step of the field, such as `--dt 1us`";
+    let found = "none stated, and none known from the file";
+    Error::require(field.time != Axis::index(), "dt", expected, found)?;
+    let units = unit_of(field.quantity, scene)?;
+    let size = |stated: &Option<String>, unit: &str| {
+        let stated = stated.as_deref().unwrap_or(unit).replace('²', "^2");
+        let known = (stated == unit).then_some(1.0);
+        known.or_else(|| ratio(&stated, unit)).ok_or_else(|| {
+            let expected = format!("a unit of what the scene has in {unit}");
+            Error::request("unit", expected, stated)
+        })
+    };
+    let [time, length] = [size(&field.time.unit, "s")?, size(&field.space.unit, "m")?];
+    Ok((time, Some(length), size(&field.unit, &units[1])?, units))
 }
 
 /// Number of places in a chain at which a quantity can be measured.
@@ -294,19 +239,15 @@ pub(super) fn unit_of(quantity: Quantity, units: Units) -> Result<[String; 2]> {
         Quantity::Displacement => "m",
         Quantity::Force => "N",
         Quantity::Acceleration => "m/s^2",
-        Quantity::StrainRate => return Err(no_run_has(quantity)),
+        Quantity::StrainRate => {
+            let expected = "a velocity, displacement, acceleration or force, which a run has";
+            return Err(Error::request("quantity", expected, quantity.name()));
+        }
     };
-    let both = ["s", unit].map(str::to_owned);
-    Ok(if units == Units::Si {
-        both
-    } else {
-        Default::default()
+    Ok(match units {
+        Units::Si => ["s", unit].map(str::to_owned),
+        Units::None => Default::default(),
     })
-}
-
-fn no_run_has(quantity: Quantity) -> Error {
-    let expected = "a velocity, displacement, acceleration or force, which a run has";
-    Error::request("quantity", expected, quantity.name())
 }
 
 /// By the numbers in the names of the sites, which differ; else by positions.
@@ -332,12 +273,8 @@ fn bodies_of(field: &Field, setup: &Setup, length: Option<f64>) -> Result<Vec<us
                 format!("bodies are {pitch} apart from 0 on")
             });
             let expected = format!("sites at bodies, or them, as `--bodies 3,7,11`: {apart}");
-            let found = format!(
-                "one at {} in {}",
-                field.space.at(site),
-                field.space.space_unit()
-            );
-            Error::request("bodies", expected, found)
+            let (place, unit) = (field.space.at(site), field.space.space_unit());
+            Error::request("bodies", expected, format!("one at {place} in {unit}"))
         })
     };
     (0..field.n_sites()).map(body).collect()

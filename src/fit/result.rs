@@ -9,7 +9,7 @@ use super::model::{Model, Other, rms};
 use super::noise::{Linear, Noise};
 use super::shown::Overlay;
 use super::solver::{Minimum, gram, scaled};
-use super::verdict::{Judged, Misfit};
+use super::verdict::{Misfit, misfit};
 use super::{EXACT, SAME, Search};
 use crate::Result;
 use crate::chain::scene::{SceneSource, Setting};
@@ -49,25 +49,30 @@ pub struct Horizon {
 }
 
 /// A fitted chain.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize)]
 pub struct Fitted {
     pub values: Vec<FittedValue>,
     /// Of the values, as many rows as columns; NaN where they are undetermined.
+    #[serde(skip)]
     pub correlation: Array2<f64>,
     pub undetermined: Vec<Direction>,
     /// What noise does not explain; `None` for nothing.
     pub misfit: Option<Misfit>,
     /// What explains the misfit, of all that was tried.
     pub cause: Option<Cause>,
+    #[serde(skip)]
     pub overlay: Overlay,
     /// Standard deviation of what is left, and its correlation with what is left so many samples later.
     pub noise: f64,
+    #[serde(skip)]
     pub noise_correlation: Vec<f64>,
     /// Number of samples that would tell as much if they were independent.
+    #[serde(rename = "independent_samples")]
     pub independent: f64,
     /// Share of the squares of the records that the chain explains.
     pub explained: f64,
     /// Whether what is left is the error of runs.
+    #[serde(rename = "exact")]
     pub is_exact: bool,
     /// By how much runs of other steps differ, over the size of the records.
     pub run_error: f64,
@@ -94,25 +99,6 @@ impl Noted {
     }
 }
 
-/// What noise does not explain of what is left at a minimum.
-pub(super) fn misfit(
-    model: &Model,
-    found: &Minimum,
-    predicted: &[f64],
-    noise: &Noise,
-) -> Option<Misfit> {
-    let known = model.records.is_known();
-    let judged = Judged {
-        records: model.records,
-        residual: &found.residual[..known.len()],
-        known: &known,
-        predicted,
-        columns: &found.columns,
-        noise,
-    };
-    judged.misfit()
-}
-
 /// Estimates noise and covariance at a minimum.
 pub(super) fn judge(model: &Model, found: &Minimum) -> Noted {
     let records = model.records;
@@ -127,10 +113,9 @@ pub(super) fn judge(model: &Model, found: &Minimum) -> Noted {
     };
     let noise = Noise::of(&found.residual[..records.values.len()], &known, &linear);
     let mut covariance = linear.covariance(&noise);
-    for (i, row) in covariance.iter_mut().enumerate() {
-        row.iter_mut()
-            .zip(&sizes)
-            .for_each(|(c, size)| *c /= sizes[i] * size);
+    for (own, row) in sizes.iter().zip(&mut covariance) {
+        let cells = row.iter_mut().zip(&sizes);
+        cells.for_each(|(c, size)| *c /= own * size);
     }
     Noted {
         noise,
@@ -140,12 +125,16 @@ pub(super) fn judge(model: &Model, found: &Minimum) -> Noted {
     }
 }
 
-/// Searches, where a chain amplifies rounding, and the error of runs.
-pub(super) type Circumstances = (Vec<Search>, Option<Horizon>, f64);
+/// Where a chain amplifies rounding, and the error of runs.
+pub(super) type Circumstances = (Option<Horizon>, f64);
 
 impl Fitted {
-    pub(super) fn of(model: &Model, found: &Minimum, about: Circumstances) -> Result<Fitted> {
-        let (searches, horizon, run_error) = about;
+    pub(super) fn of(
+        model: &Model,
+        found: &Minimum,
+        predicted: &[f64],
+        (horizon, run_error): Circumstances,
+    ) -> Fitted {
         let records = model.records;
         let Noted {
             noise,
@@ -154,30 +143,23 @@ impl Fitted {
             loose,
         } = judge(model, found);
         let residual = &found.residual[..records.values.len()];
-        let predicted = model.predicted(&found.at)?;
         let measured = records.masked(records.values.iter().copied());
         let left = rms(residual) / rms(&measured).max(f64::MIN_POSITIVE);
         let is_exact = left < ROUNDING.max(3.0 * run_error);
         let misfit = match is_exact {
             true => None,
-            false => misfit(model, found, &predicted, &noise),
+            false => misfit(model, found, predicted, &noise),
         };
         let unknowns = unknowns(model);
-        let directions = unknown
-            .iter()
-            .chain(&loose)
-            .map(|d| Direction::of(d, &unknowns))
-            .collect();
+        let directions = unknown.iter().chain(&loose);
+        let directions = directions.map(|d| Direction::of(d, &unknowns)).collect();
         let degrees = (noise.independent() - found.at.len() as f64).max(1.0);
         let quantile = student_two_sided(ALPHA, degrees);
         let is_loose = |k: usize| unknown.iter().any(|d: &Vec<f64>| d[k].abs() > PART);
         let halves: Vec<f64> = (0..found.at.len())
-            .map(|k| {
-                if is_loose(k) {
-                    f64::NAN
-                } else {
-                    quantile * covariance[k][k].max(0.0).sqrt()
-                }
+            .map(|k| match is_loose(k) {
+                true => f64::NAN,
+                false => quantile * covariance[k][k].max(0.0).sqrt(),
             })
             .collect();
         let each = unknowns.iter().enumerate();
@@ -191,12 +173,12 @@ impl Fitted {
             }
         });
         let settings = model.settings(&found.at).into_iter();
-        Ok(Fitted {
+        Fitted {
             values,
             correlation,
             undetermined: directions,
             misfit,
-            overlay: Overlay::of(records, &predicted),
+            overlay: Overlay::of(records, predicted),
             noise: noise.sigma,
             noise_correlation: noise.correlation.clone(),
             independent: noise.independent(),
@@ -204,11 +186,11 @@ impl Fitted {
             is_exact,
             run_error,
             horizon,
-            searches,
+            searches: Vec::new(),
             runs: 0,
             cause: None,
             scene: settings.map(|s| [s.key, s.text]).collect(),
-        })
+        }
     }
 
     /// How many searches ended in the best minimum.
@@ -224,10 +206,8 @@ impl Fitted {
     /// # Errors
     /// [`crate::Error::Scene`] for a scene that cannot be read.
     pub fn scene_text(&self, scene: &SceneSource) -> Result<String> {
-        let settings = self
-            .scene
-            .iter()
-            .map(|[key, text]| Setting::new(key, text, "--free"));
+        let settings = self.scene.iter();
+        let settings = settings.map(|[key, text]| Setting::new(key, text, "--free"));
         scene.with(settings).whole_text()
     }
 

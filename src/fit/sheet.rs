@@ -6,7 +6,7 @@ use super::cause::Cause;
 use super::result::{Fitted, FittedValue};
 use super::shown::{places, some_places, spectral_units, warn_of_horizon};
 use crate::sheet::{
-    Describe, Fact, PlotRow, Sheet, Table, error_size, listed, number, percent, with_half,
+    Cell, Describe, Fact, PlotRow, Sheet, Table, error_size, listed, number, percent, with_half,
     with_range, with_unit,
 };
 
@@ -16,31 +16,23 @@ const NAMED: usize = 4;
 /// Share of the searches that should end in one minimum.
 const AGREEING: f64 = 0.5;
 
-const DEFINITIONS: [[&str; 2]; 3] = [
-    [
-        "interval",
-        "95 % interval of the linearized problem. The correlation of the noise is estimated from the residual, and the \
-         samples count by it. It holds if the chain is right.",
-    ],
-    [
-        "misfit",
-        "What stationary noise does not explain of the residual: regressors made of the signal do, or it is larger in \
-         some part of time or at some body. Noise alone is called so in 4 % of fits or less.",
-    ],
-    [
-        "undetermined",
-        "A combination of unknowns along which they change by a factor of e, or over all of their bounds, while the \
-         records do not change by their noise.",
-    ],
-];
+const DEFINITIONS: &str = "\
+interval: 95 % interval of the linearized problem. The correlation of the noise is estimated from the residual, and \
+the samples count by it. It holds if the chain is right.
+misfit: What stationary noise does not explain of the residual: regressors made of the signal do, or it is larger in \
+some part of time or at some body. Noise alone is called so in 4 % of fits or less.
+undetermined: A combination of unknowns along which they change by a factor of e, or over all of their bounds, while \
+the records do not change by their noise.";
 
 impl Describe for Fitted {
     fn describe(&self) -> Sheet<'_> {
         let records = &self.overlay.records;
+        let tables = vec![
+            self.table(),
+            self.correlation_table(),
+            self.searches_table(),
+        ];
         let mut sheet = Sheet {
-            name: "fit",
-            version: 1,
-            title: "Fitted chain".into(),
             about: format!(
                 "{} fitted to {} samples of {} at {} {}",
                 listed(&self.names()),
@@ -50,32 +42,13 @@ impl Describe for Fitted {
                 places(records.quantity)
             ),
             answer: self.answer(),
-            tables: vec![
-                self.table(),
-                self.correlation_table(),
-                self.searches_table(),
-            ],
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            tables,
+            ..Sheet::of("fit", "Fitted chain", DEFINITIONS)
         };
         self.facts(&mut sheet);
         self.warnings(&mut sheet);
-        sheet.numbers(json!({
-            "values": self.values,
-            "undetermined": self.undetermined,
-            "misfit": self.misfit,
-            "cause": self.cause,
-            "noise": self.noise,
-            "explained": self.explained,
-            "exact": self.is_exact,
-            "samples": records.known(),
-            "independent_samples": self.independent,
-            "run_error": self.run_error,
-            "horizon": self.horizon,
-            "searches": self.searches,
-            "runs": self.runs,
-            "scene": self.scene,
-        }));
+        sheet.numbers(json!(self));
+        sheet.numbers(json!({ "samples": records.known() }));
         self.variables(&mut sheet);
         sheet
     }
@@ -115,10 +88,9 @@ impl Fitted {
         };
         let keys = self.values.iter();
         let keys = keys.filter(|value| value.is_key && value.low.is_finite());
-        let values: Vec<String> = keys
-            .take(NAMED)
-            .map(|value| format!("{} = {}", value.name, value.shown()))
-            .collect();
+        let values = keys.take(NAMED);
+        let values = values.map(|value| format!("{} = {}", value.name, value.shown()));
+        let values: Vec<String> = values.collect();
         let open = self.undetermined.iter().map(|open| open.words.clone());
         let parts = [verdict, values.join(", ")].into_iter().chain(open);
         let parts: Vec<String> = parts.filter(|part| !part.is_empty()).collect();
@@ -126,19 +98,13 @@ impl Fitted {
     }
 
     fn table(&self) -> Table {
-        let row = |value: &FittedValue| {
-            vec![
-                value.name.clone(),
-                value.shown(),
-                match value.low.is_finite() {
-                    true => format!("{} to {}", number(value.low), number(value.high)),
-                    false => "undetermined".into(),
-                },
-                number(value.start),
-            ]
-        };
-        let head = ["value", "fitted", "95 % interval", "start"];
-        Table::of("values", &head, self.values.iter().map(row)).printed()
+        let columns: [(&str, Cell<FittedValue>); 4] = [
+            ("value", |value| Some(value.name.clone())),
+            ("fitted", |value| Some(value.shown())),
+            ("95 % interval", |value| Some(value.interval())),
+            ("start", |value| Some(number(value.start))),
+        ];
+        Table::of_columns("values", &self.values, &columns).printed()
     }
 
     fn searches_table(&self) -> Table {
@@ -174,24 +140,20 @@ impl Fitted {
             }
         }
         let known = records.known();
-        let noise = match known as f64 / self.independent > 1.05 {
-            true => format!(
-                "correlated: {known} samples count as {:.0}",
-                self.independent
-            ),
+        let independent = self.independent;
+        let noise = match known as f64 / independent > 1.05 {
+            true => format!("correlated: {known} samples count as {independent:.0}"),
             false => format!("white, in {known} samples"),
         };
-        sheet.fact(
-            "explained",
-            format!("{} of the records' squares", percent(self.explained)),
-        );
+        let explained = percent(self.explained);
+        sheet.fact("explained", format!("{explained} of the records' squares"));
         sheet.fact("noise", noise);
+        let (agreeing, all) = (self.agreeing(), self.searches.len());
         let text = format!(
-            "{} of {} end in this minimum",
-            self.agreeing(),
-            self.searches.len()
+            "{agreeing} of {all} end in this minimum; {} runs",
+            self.runs
         );
-        sheet.fact("searches", format!("{text}; {} runs", self.runs));
+        sheet.fact("searches", text);
         let profile = self.overlay.by_site();
         let least = profile.iter().copied().fold(f64::INFINITY, f64::min);
         let most = profile.iter().copied().fold(0.0, f64::max);
@@ -200,10 +162,8 @@ impl Fitted {
             profile,
             ..Fact::new("left by body", format!("{} to {most}", number(least)))
         });
-        sheet.detail(
-            "error of runs",
-            format!("{} of the records", error_size(self.run_error)),
-        );
+        let error = error_size(self.run_error);
+        sheet.detail("error of runs", format!("{error} of the records"));
         let lines = self.scene.iter();
         let lines = lines.map(|[key, text]| format!("{key} = {text}"));
         sheet.detail("scene", lines.collect::<Vec<_>>().join("; "));
@@ -219,10 +179,8 @@ impl Fitted {
                          another end explains it; or leave out the records or times at fault"
                     .into(),
             };
-            sheet.warn(
-                "the intervals hold for a chain that is right, and this one is not",
-                advice,
-            );
+            let text = "the intervals hold for a chain that is right, and this one is not";
+            sheet.warn(text, advice);
         }
         let at_bound = self.values.iter().filter(|value| value.is_at_bound);
         let at_bound: Vec<String> = at_bound.map(|value| value.name.clone()).collect();
@@ -234,10 +192,8 @@ impl Fitted {
         }
         let (all, elsewhere) = (self.searches.len(), self.searches.len() - self.agreeing());
         if elsewhere as f64 > (1.0 - AGREEING) * all as f64 {
-            sheet.warn(
-                format!("{elsewhere} of {all} searches ended elsewhere"),
-                "narrow the bounds, or raise `--starts`",
-            );
+            let text = format!("{elsewhere} of {all} searches ended elsewhere");
+            sheet.warn(text, "narrow the bounds, or raise `--starts`");
         }
         if !self.undetermined.is_empty() {
             sheet.warn(
@@ -307,23 +263,18 @@ impl Cause {
 
     /// What a chain that it alone explains differs by.
     pub(super) fn differs(&self) -> String {
+        let name = &self.name;
         match self.value() {
-            Some([held, free]) => {
-                format!("by one number: {}, {free} in place of {held}", self.name)
-            }
+            Some([held, free]) => format!("by one number: {name}, {free} in place of {held}"),
             None => format!("by {}", self.names()),
         }
     }
 
     /// It and all that explain as much.
     fn names(&self) -> String {
-        match self.rivals.is_empty() {
-            true => self.name.clone(),
-            false => {
-                let all = [std::slice::from_ref(&self.name), &self.rivals].concat();
-                format!("one of {}", listed(&all))
-            }
-        }
+        let all = [std::slice::from_ref(&self.name), &self.rivals].concat();
+        let one_of = if all.len() > 1 { "one of " } else { "" };
+        format!("{one_of}{}", listed(&all))
     }
 
     /// Held and free, where it alone explains as much.
@@ -334,6 +285,13 @@ impl Cause {
 }
 
 impl FittedValue {
+    fn interval(&self) -> String {
+        match self.low.is_finite() {
+            true => format!("{} to {}", number(self.low), number(self.high)),
+            false => "undetermined".into(),
+        }
+    }
+
     /// With half of its interval and its unit; with both ends of an interval that a bound cuts.
     pub fn shown(&self) -> String {
         let [below, above] = [self.value - self.low, self.high - self.value];

@@ -37,33 +37,27 @@ pub(super) fn some_places(quantity: Quantity, bodies: &[usize], most: usize) -> 
     let shown: Vec<String> = bodies.iter().take(most).map(usize::to_string).collect();
     match bodies.len() {
         1 => format!("{} {}", place(quantity), shown[0]),
-        count if count > most => format!(
-            "{} {} and {} more",
-            places(quantity),
-            shown.join(", "),
-            count - most
-        ),
+        count if count > most => {
+            let (shown, more) = (shown.join(", "), count - most);
+            format!("{} {shown} and {more} more", places(quantity))
+        }
         _ => format!("{} {}", places(quantity), listed(&shown)),
     }
 }
 
 /// The unit of frequencies beside times of a unit; empty for none.
 pub(super) fn per_time(time: &str) -> String {
-    if time.is_empty() {
-        String::new()
-    } else {
-        cycles_per(time)
+    match time {
+        "" => String::new(),
+        time => cycles_per(time),
     }
 }
 
 /// What a chain that amplifies rounding leaves out.
 pub(super) fn warn_of_horizon(sheet: &mut Sheet<'_>, until: Option<f64>, time: &str) {
-    if let Some(until) = until {
+    if let Some(until) = until.map(|until| with_unit(until, time)) {
         sheet.warn(
-            format!(
-                "the chain amplifies rounding: its runs agree until {}, and later samples are left out",
-                with_unit(until, time)
-            ),
+            format!("the chain amplifies rounding: its runs agree until {until}, and later samples are left out"),
             "no later sample tells a chain point by point; compare statistics of an ensemble (`cascade sweep`)",
         );
     }
@@ -78,13 +72,12 @@ impl Misfit {
         };
         let at = |time: f64| with_unit(time, &records.units[0]);
         let ends = [records.times[0], records.times[records.times.len() - 1]];
-        let times = self
-            .times
-            .map(|[from, to]| match (from <= ends[0], to >= ends[1]) {
-                (false, true) => format!(", after {}", at(from)),
-                (true, false) => format!(", until {}", at(to)),
-                _ => format!(", from {} to {}", at(from), at(to)),
-            });
+        let words = |[from, to]: [f64; 2]| match (from <= ends[0], to >= ends[1]) {
+            (false, true) => format!(", after {}", at(from)),
+            (true, false) => format!(", until {}", at(to)),
+            _ => format!(", from {} to {}", at(from), at(to)),
+        };
+        let times = self.times.map(words);
         bodies + &times.unwrap_or_default() + &self.band(records)
     }
 
@@ -135,21 +128,16 @@ impl Overlay {
     /// The site, of those of a misfit if there is one, of whose record most is left.
     pub(super) fn worst(&self, misfit: Option<&Misfit>) -> usize {
         let (left, bodies) = (self.by_site(), &self.records.bodies);
-        let sites = 0..bodies.len();
-        let told =
+        let is_told =
             |site: &usize| misfit.is_none_or(|misfit| misfit.bodies.contains(&bodies[*site]));
-        let worst = sites
-            .filter(told)
-            .max_by(|a, b| left[*a].total_cmp(&left[*b]));
+        let told = (0..bodies.len()).filter(is_told);
+        let worst = told.max_by(|a, b| left[*a].total_cmp(&left[*b]));
         worst.unwrap_or(0)
     }
 
     pub(super) fn bodies(&self) -> Vec<f64> {
-        self.records
-            .bodies
-            .iter()
-            .map(|body| *body as f64)
-            .collect()
+        let bodies = self.records.bodies.iter();
+        bodies.map(|body| *body as f64).collect()
     }
 
     /// The records of measurement and run, and what is left, over `time` and `body`.

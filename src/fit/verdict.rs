@@ -7,9 +7,10 @@
 
 use serde::Serialize;
 
+use super::model::Model;
 use super::noise::Noise;
 use super::records::Records;
-use super::solver::{Beside, dot};
+use super::solver::{Beside, Minimum, dot};
 use crate::numeric::fisher_tail;
 
 /// Share of fits to noise alone that a family of tests calls a misfit.
@@ -43,14 +44,33 @@ pub struct Misfit {
 }
 
 /// What is judged.
-pub(super) struct Judged<'a> {
-    pub records: &'a Records,
+struct Judged<'a> {
+    records: &'a Records,
     /// Without missing samples, which are 0.
-    pub residual: &'a [f64],
-    pub known: &'a [bool],
-    pub predicted: &'a [f64],
-    pub columns: &'a [Vec<f64>],
-    pub noise: &'a Noise,
+    residual: &'a [f64],
+    known: &'a [bool],
+    predicted: &'a [f64],
+    columns: &'a [Vec<f64>],
+    noise: &'a Noise,
+}
+
+/// What noise does not explain of what is left at a minimum; `None` for nothing.
+pub(super) fn misfit(
+    model: &Model,
+    found: &Minimum,
+    predicted: &[f64],
+    noise: &Noise,
+) -> Option<Misfit> {
+    let known = &model.records.is_known()[..];
+    let judged = Judged {
+        records: model.records,
+        residual: &found.residual[..known.len()],
+        known,
+        predicted,
+        columns: &found.columns,
+        noise,
+    };
+    judged.misfit()
 }
 
 /// Whitened numbers at the samples where they are known.
@@ -93,8 +113,7 @@ impl Judged<'_> {
         })
     }
 
-    /// What noise does not explain; `None` for nothing.
-    pub fn misfit(&self) -> Option<Misfit> {
+    fn misfit(&self) -> Option<Misfit> {
         let white = self.whitened()?;
         let (sites, times) = (self.records.bodies.len(), self.times());
         let mut by_site = vec![f64::INFINITY; sites];
@@ -141,28 +160,19 @@ impl Judged<'_> {
         let sites = by_site.len();
         let missed: Vec<usize> = (0..sites).filter(|site| by_site[*site] < 1.0).collect();
         let is_everywhere = missed.is_empty() || 4 * missed.len() >= 3 * sites.max(2);
-        let shown = if is_everywhere {
-            (0..sites).collect()
-        } else {
-            missed
+        let shown = match is_everywhere {
+            true => (0..sites).collect(),
+            false => missed,
         };
-        let is_part = !flagged.is_empty() && 2 * flagged.len() <= parts.len();
-        let span = flagged
-            .first()
-            .zip(flagged.last())
-            .filter(|_| is_part)
-            .map(|(first, last)| {
-                let end = parts.get(last + 1).copied().unwrap_or(times);
-                [
-                    self.records.times[parts[*first]],
-                    self.records.times[end - 1],
-                ]
-            });
+        let is_part = 2 * flagged.len() <= parts.len();
+        let ends = flagged.first().zip(flagged.last()).filter(|_| is_part);
+        let span = ends.map(|(first, last)| {
+            let end = parts.get(last + 1).copied().unwrap_or(times);
+            [parts[*first], end - 1].map(|at| self.records.times[at])
+        });
+        let bodies = shown.iter().map(|site| self.records.bodies[*site]);
         Misfit {
-            bodies: shown
-                .iter()
-                .map(|site| self.records.bodies[*site])
-                .collect(),
+            bodies: bodies.collect(),
             is_everywhere,
             times: span,
             frequencies: self.band(&shown),
@@ -198,11 +208,9 @@ impl Judged<'_> {
         let times = self.times();
         let signal = self.predicted[times * site..times * (site + 1)].to_vec();
         let slope = |of: &[f64]| -> Vec<f64> {
-            let around = |i: usize| (i.saturating_sub(1), (i + 1).min(times - 1));
-            (0..times)
-                .map(around)
-                .map(|(a, b)| (of[b] - of[a]) / (b - a).max(1) as f64)
-                .collect()
+            let around = (0..times).map(|i| (i.saturating_sub(1), (i + 1).min(times - 1)));
+            let slope = |(a, b): (usize, usize)| (of[b] - of[a]) / (b - a).max(1) as f64;
+            around.map(slope).collect()
         };
         let rate = slope(&signal);
         let bend = slope(&rate);
@@ -210,11 +218,8 @@ impl Judged<'_> {
             of.iter().enumerate().map(|(i, v)| v * weight(i)).collect()
         };
         let energy = dot(&signal, &signal).max(f64::MIN_POSITIVE);
-        let centre: f64 = signal
-            .iter()
-            .enumerate()
-            .map(|(i, v)| i as f64 * v * v / energy)
-            .sum();
+        let moments = signal.iter().enumerate();
+        let centre: f64 = moments.map(|(i, v)| i as f64 * v * v / energy).sum();
         let late = |i: usize| (i as f64 - centre) / times as f64;
         let place = |_: usize| site as f64 / self.records.bodies.len() as f64 - 0.5;
         vec![
@@ -275,11 +280,9 @@ impl White {
         let total = self.variance * self.degrees;
         let probability = |(squares, count): &(f64, f64)| {
             let others = self.degrees - count;
+            let ratio = squares / count / ((total - squares) / others);
             match *count >= LEAST as f64 && others >= LEAST as f64 && total > *squares {
-                true => fisher_tail(
-                    squares / count / ((total - squares) / others),
-                    [*count, others],
-                ),
+                true => fisher_tail(ratio, [*count, others]),
                 false => 1.0,
             }
         };

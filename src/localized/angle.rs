@@ -38,14 +38,12 @@ impl Cylinders {
         // Ratios below 1 have no angle.
         let end = |kappa: f64| angle_of_stiffness_ratio(kappa.max(1.0), self.ellipse);
         let degrees = angle_of_stiffness_ratio(kappa, self.ellipse)?;
-        let coefficient = |angle: f64, (radius, material): (f64, Material)| {
-            HertzContact::crossed_cylinders(radius, material, angle, self.ellipse)
-                .map(|contact| contact.coefficient)
-        };
-        let coefficients = match self.body {
-            None => None,
-            Some(body) => Some([coefficient(90.0, body)?, coefficient(degrees, body)?]),
-        };
+        let mut coefficients = None;
+        if let Some((radius, material)) = self.body {
+            let crossed =
+                |angle: f64| HertzContact::crossed_cylinders(radius, material, angle, self.ellipse);
+            coefficients = Some([crossed(90.0)?.coefficient, crossed(degrees)?.coefficient]);
+        }
         // Towards smaller angles: the ratio has its minimum at 90 degrees.
         let aside = (degrees - 0.1).max(0.5 * degrees);
         Ok(Angle {

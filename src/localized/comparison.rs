@@ -8,7 +8,7 @@ use super::angle::{Angle, Cylinders};
 use super::direct::{LeakCurve, LeakExtremum};
 use super::family::Family;
 use super::leak::LeakScan;
-use super::published::PUBLISHED;
+use super::published::{PUBLISHED, Published};
 use super::row::{Asymptotic, Differences, Direct, Exact, OrderRow};
 use super::search::Search;
 use super::slow::SlowWave;
@@ -39,26 +39,23 @@ impl Comparison {
         self.check()?;
         let family = self.family;
         let search = family.search(*self.orders.end())?;
-        let fitted = match family.exponent == 1.5 {
-            true => Some(Search::new(family, SlowWave::fitted()?, *self.orders.end())),
-            false => None,
+        let fitted = (family.exponent == 1.5)
+            .then(SlowWave::fitted)
+            .transpose()?;
+        let fitted = fitted.map(|slow| Search::new(family, slow, *self.orders.end()));
+        let row = |order: usize| {
+            observer.go_on()?;
+            let asymptotic = search.estimate(order).map(|exact_profile| Asymptotic {
+                exact_profile,
+                fitted_profile: fitted.as_ref().and_then(|f| f.estimate(order)),
+            });
+            let row = self.row(order, search.wave(order), asymptotic);
+            observer.advance(1);
+            row
         };
-        let orders: Vec<usize> = self.orders.clone().collect();
-        observer.stage("orders", orders.len() as u64);
-        let rows: Result<Vec<OrderRow>> = orders
-            .into_par_iter()
-            .map(|order| {
-                observer.go_on()?;
-                let asymptotic = search.estimate(order).map(|exact_profile| Asymptotic {
-                    exact_profile,
-                    fitted_profile: fitted.as_ref().and_then(|f| f.estimate(order)),
-                });
-                let row = self.row(order, search.wave(order), asymptotic);
-                observer.advance(1);
-                row
-            })
-            .collect();
-        let mut rows = rows?;
+        observer.stage("orders", self.orders.clone().count() as u64);
+        let rows = self.orders.clone().into_par_iter().map(row);
+        let mut rows = rows.collect::<Result<Vec<OrderRow>>>()?;
         if let Some(cells) = self.cells {
             self.add_direct(cells, &search, &mut rows, observer)?;
         }
@@ -97,21 +94,18 @@ impl Comparison {
             Err(error) => return Err(error),
         };
         let exact = wave.as_ref().map(Exact::of);
-        let published = (PUBLISHED.iter()).find(|row| row.order == order);
+        let angle = exact.map(|exact| self.angle(exact.ratio.value(), exact.error));
+        let is_published =
+            |row: &&Published| row.order == order && self.family == Family::default();
         Ok(OrderRow {
             order,
-            angle: match exact {
-                Some(exact) => self.angle(exact.ratio.value(), exact.error)?,
-                None => None,
-            },
+            angle: angle.transpose()?.flatten(),
             exact,
             reason,
             asymptotic,
             direct: None,
             most_dispersive: None,
-            published: published
-                .filter(|_| self.family == Family::default())
-                .copied(),
+            published: PUBLISHED.iter().find(is_published).copied(),
             differences: Differences::default(),
             wave,
         })
@@ -138,7 +132,7 @@ impl Comparison {
         rows: &mut [OrderRow],
         observer: &dyn Observer,
     ) -> Result<()> {
-        let Some(range) = Range::of(&self.family, search, &self.orders) else {
+        let Some(range) = Range::of(self.family, search, &self.orders) else {
             return Ok(());
         };
         let LeakCurve { minima, maxima, .. } = self.scan(cells).curve(&range.ratios(), observer)?;
@@ -192,25 +186,25 @@ struct Range {
 
 impl Range {
     /// From 0.6 orders below the first order to 0.6 orders above the last.
-    fn of(family: &Family, search: &Search, orders: &RangeInclusive<usize>) -> Option<Range> {
+    fn of(family: Family, search: &Search, orders: &RangeInclusive<usize>) -> Option<Range> {
         let root = |order: usize| match order {
             1 => Some(1.0),
             order => Some(family.stiffening(search.estimate(order)?).sqrt()),
         };
         let last = (orders.clone().rev()).find_map(root)?;
         let first = root(*orders.start())?;
+        let apart = |order: usize| Some(root(order)? - root(order - 1)?);
         let spacing = match *orders.end() {
             1 => 0.6,
-            end => (2..=end)
-                .rev()
-                .find_map(|order| Some(root(order)? - root(order - 1)?))?,
+            end => (2..=end).rev().find_map(apart)?,
         };
         // Starts just below the homogeneous chain, so that this is an interior minimum.
         let first = (first - 0.6 * spacing).max(1.0 - 2.0 * spacing / PER_ORDER);
+        let last = last + 0.6 * spacing;
         Some(Range {
-            family: *family,
+            family,
             first,
-            last: last + 0.6 * spacing,
+            last,
             spacing,
         })
     }
@@ -218,9 +212,8 @@ impl Range {
     fn ratios(&self) -> Vec<f64> {
         let count = ((self.last - self.first) / self.spacing * PER_ORDER).ceil();
         let step = (self.last - self.first) / count;
-        (0..=count as usize)
-            .map(|j| self.family.ratio((self.first + step * j as f64).powi(2)))
-            .collect()
+        let roots = (0..=count as usize).map(|j| self.first + step * j as f64);
+        roots.map(|root| self.family.ratio(root.powi(2))).collect()
     }
 
     /// Distance of two ratios in the square root of the stiffening.

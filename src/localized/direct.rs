@@ -64,10 +64,8 @@ impl LeakScan {
                 };
                 let found = find(&mut around)?;
                 observer.advance(1);
-                Ok((
-                    found,
-                    around.seen.iter().map(|leak| leak.forces).sum::<u64>(),
-                ))
+                let forces = around.seen.iter().map(|leak| leak.forces);
+                Ok((found, forces.sum::<u64>()))
             });
             found.collect::<Result<(Vec<LeakExtremum>, Vec<u64>)>>()
         };
@@ -190,7 +188,7 @@ impl Around<'_> {
     /// the three: two more leaks choose one.
     fn most(&mut self) -> Result<LeakExtremum> {
         let (leaks, size) = (self.leaks, self.leaks[1].per_cell);
-        let [low, high] = [leaks[0].ratio.ln(), leaks[2].ratio.ln()];
+        let [low, high] = [leaks[0], leaks[2]].map(|leak| leak.ratio.ln());
         let mut known = leaks.to_vec();
         for share in HUMPS {
             known.push(self.measure(&leaks, (low + share * (high - low)).exp(), size)?);
@@ -256,10 +254,7 @@ fn point(leak: Leak, sign: f64) -> (f64, f64) {
 
 fn by_leak(leaks: &[Leak]) -> impl Fn(&usize, &usize) -> std::cmp::Ordering {
     // A leak that is NaN is never the maximum.
-    let size = |i: usize| match leaks[i].per_cell {
-        x if x.is_nan() => f64::NEG_INFINITY,
-        x => x,
-    };
+    let size = |i: usize| leaks[i].per_cell.max(f64::NEG_INFINITY);
     move |a, b| size(*a).total_cmp(&size(*b))
 }
 

@@ -166,30 +166,3 @@ fn slope_at_end(grid: Grid, j: isize) -> f64 {
         lag => sign * PI / grid.period / (PI * lag as f64 / (2 * grid.half) as f64).tan(),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// `-x'' = cos(w (t + s))` with a kernel that is shifted, and the slope of a sine at the end.
-    #[test]
-    fn val_closed_form_kernels_integrate_twice() {
-        let grid = Grid {
-            half: 12,
-            period: 5.0,
-        };
-        let (w, shift) = (2.0 * TAU / 5.0, 0.4);
-        let kernel = grid.kernel(shift);
-        for j in grid.indices(false) {
-            let terms = grid
-                .indices(false)
-                .map(|from| grid.at_lag(&kernel, from, j) * (w * grid.time(from) - 0.3).cos());
-            let expected = (w * (grid.time(j) + shift) - 0.3).cos() / (w * w);
-            assert!((terms.sum::<f64>() - expected).abs() < 1e-14, "{j}");
-        }
-        let terms = grid.indices(false);
-        let terms = terms.map(|j| slope_at_end(grid, j) * (w * grid.time(j) - 0.3).sin());
-        let expected = w * (w * 2.5 - 0.3).cos();
-        assert!((terms.sum::<f64>() - expected).abs() < 1e-13);
-    }
-}

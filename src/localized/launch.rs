@@ -2,7 +2,6 @@
 
 use ndarray::ArrayView1;
 
-use super::family::Family;
 use super::series::largest;
 use super::wave::{Ratio, Wave};
 use crate::chain::{Accuracy, Record, Run, Simulation};
@@ -55,10 +54,8 @@ impl Wave {
     pub fn journey(&self, cells: usize, observer: &dyn Observer) -> Result<Journey> {
         Error::require(cells > 0, "cells", "at least one cell", cells)?;
         // A velocity and a displacement (16 bytes) per site and sample.
-        let sites = (cells as u64)
-            .saturating_add(2 * self.reach() as u64)
-            .saturating_mul(2);
-        let needed = sites.saturating_mul(16).saturating_mul(cells as u64);
+        let sites = (cells as u64).saturating_add(2 * self.reach() as u64);
+        let needed = sites.saturating_mul(32).saturating_mul(cells as u64);
         Error::beyond_memory("the launched wave", needed, available_memory())?;
         let run = self.launch(cells, LOCAL_ERROR).run(observer)?;
         let coarser = Simulation {
@@ -67,9 +64,8 @@ impl Wave {
             ..self.launch(cells, 10.0 * LOCAL_ERROR)
         };
         let coarser = coarser.run(observer)?;
-        let travels: Vec<Travel> = (1..=cells)
-            .filter_map(|cell| self.travelled(&run, cell))
-            .collect();
+        let travels = (1..=cells).filter_map(|cell| self.travelled(&run, cell));
+        let travels: Vec<Travel> = travels.collect();
         let (start, end) = (run.velocity.row(0), run.velocity.row(cells));
         let difference = (&end - &coarser.velocity.row(1)).to_vec();
         Ok(Journey {
@@ -104,11 +100,7 @@ impl Wave {
                 velocity[2 * cell + i] = self.velocity[i].value(time);
             }
         }
-        let family = Family {
-            alternation: self.alternation,
-            exponent: self.exponent,
-        };
-        let chain = family.chain(self.ratio, total);
+        let chain = self.family().chain(self.ratio, total);
         Simulation {
             velocity,
             displacement,

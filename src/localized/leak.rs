@@ -80,9 +80,10 @@ impl LeakScan {
         observer.go_on()?;
         let (arrival, mut forces) = match arrival {
             Some(time) => (time, 0),
-            None => simulation
-                .arrival(&Silent)
-                .map(|(time, cost)| (time, cost.forces))?,
+            None => {
+                let (time, cost) = simulation.arrival(&Silent)?;
+                (time, cost.forces)
+            }
         };
         simulation.end_time = EndTime::At(arrival);
         simulation.record.displacement = true;
@@ -143,18 +144,15 @@ fn lost_per_cell(run: &Run) -> f64 {
         let Some(peak) = peak else { continue };
         let first = peak.saturating_sub(REACH);
         let energy: f64 = energies[2 * first..].iter().sum();
-        let moment: f64 = (2 * first..sites)
-            .map(|j| 0.5 * j as f64 * energies[j])
-            .sum();
-        let centre = moment / energy;
+        let moments = (2 * first..sites).map(|j| 0.5 * j as f64 * energies[j]);
+        let centre = moments.sum::<f64>() / energy;
         if centre > REACH as f64 && centre < (sites / 2 - REACH / 2) as f64 {
             points.push((centre, energy.ln()));
         }
     }
     let gain = GAIN.ln_1p();
-    let rises = points
-        .windows(2)
-        .position(|pair| pair[1].1 >= pair[0].1 + gain);
+    let mut pairs = points.windows(2);
+    let rises = pairs.position(|pair| pair[1].1 >= pair[0].1 + gain);
     points.truncate(rises.map_or(points.len(), |last| last + 1));
     let end = points.last().map_or(0.0, |last| last.0);
     points.retain(|point| point.0 > 0.5 * end);
@@ -164,10 +162,7 @@ fn lost_per_cell(run: &Run) -> f64 {
 
 /// Indices of the local minima of leaks that are ordered by ratio.
 pub fn minima(leaks: &[Leak]) -> Vec<usize> {
-    let least = |w: &[Leak]| w[1].per_cell < w[0].per_cell && w[1].per_cell <= w[2].per_cell;
-    let inner = leaks.windows(3).enumerate();
-    inner
-        .filter(|(_, w)| least(w))
-        .map(|(i, _)| i + 1)
-        .collect()
+    let size = |i: usize| leaks[i].per_cell;
+    let is_least = |i: &usize| size(*i) < size(i - 1) && size(*i) <= size(i + 1);
+    (1..leaks.len().max(2) - 1).filter(is_least).collect()
 }

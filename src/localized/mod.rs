@@ -28,16 +28,13 @@
 
 mod angle;
 mod comparison;
-mod convergence;
 mod direct;
 mod equations;
 mod family;
 mod fast;
-mod follow;
 mod launch;
 mod leak;
 mod problem;
-mod profile;
 mod published;
 mod resolve;
 mod row;
@@ -50,16 +47,14 @@ mod wave;
 
 pub use angle::{Angle, Cylinders};
 pub use comparison::{Comparison, LARGEST_ORDER};
-pub use convergence::Convergence;
 pub use direct::{LeakCurve, LeakExtremum};
 pub use family::Family;
 pub use launch::{Journey, Travel};
 pub use leak::{Leak, LeakScan, REACH, minima};
-pub use profile::Snapshot;
 pub use published::{PUBLISHED, Published};
 pub use row::{Asymptotic, Differences, Direct, Exact, OrderRow};
 pub use search::Search;
 pub use series::Series;
 pub use sheet::{Orders, Profile};
 pub use slow::SlowWave;
-pub use wave::{Alternation, Ratio, Wave};
+pub use wave::{Alternation, Convergence, Ratio, Snapshot, Wave};

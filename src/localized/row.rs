@@ -1,9 +1,8 @@
 //! Results for one order.
 
 use super::angle::Angle;
-use super::convergence::Convergence;
 use super::published::Published;
-use super::wave::{Ratio, Wave};
+use super::wave::{Convergence, Ratio, Wave};
 
 /// Results for one order; all numbers are at unit cell time.
 #[derive(Debug, Clone, serde::Serialize)]

@@ -86,14 +86,13 @@ impl Search {
                 continue;
             };
             let wave = self.assemble(grid, &root);
-            if self.is_of(&wave, order) {
+            let (maxima, nearest) = (wave.order, self.nearest(wave.ratio));
+            if [maxima, nearest] == [order; 2] {
                 return self.counted(grid, root, order);
             }
+            let ratio = wave.ratio;
             found = format!(
-                "one with {} maxima at the ratio {}, nearest to the estimate of order {}",
-                wave.order,
-                wave.ratio,
-                self.nearest(wave.ratio)
+                "one with {maxima} maxima at the ratio {ratio}, nearest to the estimate of order {nearest}"
             );
         }
         if let Some((grid, root)) = self.followed(order)
@@ -102,11 +101,8 @@ impl Search {
             let wave = self.refine(grid, root, order)?;
             return Ok(Wave { order, ..wave });
         }
-        Err(unresolved(
-            "the localized wave",
-            format!("a wave of order {order}"),
-            found,
-        ))
+        let expected = format!("a wave of order {order}");
+        Err(unresolved("the localized wave", expected, found))
     }
 
     /// Refines a wave and counts its maxima again.
@@ -115,27 +111,18 @@ impl Search {
         if wave.order == order {
             return Ok(wave);
         }
-        Err(unresolved(
-            "the localized wave",
-            format!("a wave of order {order} at every resolution"),
-            format!("one of order {}", wave.order),
-        ))
-    }
-
-    /// Whether the number of maxima and the nearest estimate both give this order.
-    fn is_of(&self, wave: &Wave, order: usize) -> bool {
-        wave.order == order && self.nearest(wave.ratio) == order
+        let expected = format!("a wave of order {order} at every resolution");
+        let found = format!("one of order {}", wave.order);
+        Err(unresolved("the localized wave", expected, found))
     }
 
     /// The order of the estimate nearest to a ratio. Distances are taken in the square root of the
     /// stiffening, in which orders are almost equidistant.
     fn nearest(&self, ratio: f64) -> usize {
         let root = self.family.stiffening(ratio).sqrt();
-        let far = |s: &f64| (s.sqrt() - root).abs();
-        let estimates = self.stiffenings.iter().enumerate();
-        estimates
-            .min_by(|a, b| far(a.1).total_cmp(&far(b.1)))
-            .map_or(0, |(index, _)| index + 1)
+        let far = |order: &usize| (self.stiffenings[order - 1].sqrt() - root).abs();
+        let nearest = (1..=self.stiffenings.len()).min_by(|a, b| far(a).total_cmp(&far(b)));
+        nearest.unwrap_or(0)
     }
 }
 

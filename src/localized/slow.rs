@@ -59,9 +59,8 @@ impl SlowWave {
         let scale = SlowWave::exact(1.5)?.overlap(0.0) / overlap(0.0);
         let grid = Grid::new(10.0, FITTED_DENSITY);
         let half = grid.half as isize;
-        let values: Vec<f64> = (1 - half..=half)
-            .map(|j| scale * overlap(grid.time(j)))
-            .collect();
+        let values = (1 - half..=half).map(|j| scale * overlap(grid.time(j)));
+        let values: Vec<f64> = values.collect();
         Ok(SlowWave {
             exponent: 1.5,
             series: Series::through(grid.period, &values),

@@ -1,6 +1,6 @@
 //! A localized wave and quantities derived from it.
 
-use super::convergence::Convergence;
+use super::family::Family;
 use super::series::{Series, largest};
 use crate::numeric::find_root;
 
@@ -59,6 +59,54 @@ impl Alternation {
     }
 }
 
+/// Error estimates of a localized wave.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Convergence {
+    /// Relative change of the ratio when the resolution is raised.
+    pub resolution_change: f64,
+    /// Relative change of the ratio when the period is extended.
+    pub period_change: f64,
+    /// Largest residual of the integrated equations, relative to the largest overlap.
+    pub residual: f64,
+    /// Newton steps, all grids together.
+    pub iterations: usize,
+    /// Largest amplitude in the last tenth of the spectrum, relative to the largest.
+    pub spectral_tail: f64,
+    /// Largest force in the outer twentieth of the period on each side, relative to the peak.
+    pub tail: f64,
+    /// Grid points per period.
+    pub points: usize,
+    pub period: f64,
+}
+
+impl Convergence {
+    /// Estimated relative error of the ratio.
+    pub fn error(&self) -> f64 {
+        self.resolution_change
+            .max(self.period_change)
+            .max(f64::EPSILON)
+    }
+}
+
+/// A wave sampled at uniform times about its centre, at its two contacts and two sites.
+///
+/// Contact 0 is soft in a stiffness dimer and before the light site in a mass dimer. Time 0 is the
+/// centre of the pulse at each contact; for both sites it is that of contact 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snapshot {
+    /// In units of the time that the wave takes over a cell.
+    pub time: Vec<f64>,
+    pub overlap: [Vec<f64>; 2],
+    /// `psi = F^{1/p}`.
+    pub psi: [Vec<f64>; 2],
+    pub force: [Vec<f64>; 2],
+    pub velocity: [Vec<f64>; 2],
+    /// As [`Wave::slow_part`].
+    pub slow: Vec<f64>,
+    /// As [`Wave::fast_part`].
+    pub fast: Vec<f64>,
+}
+
 /// A localized wave at unit cell time: it travels over two contacts in the time 1.
 ///
 /// A cell is site 0, contact 0 (soft, in a stiffness dimer), site 1 (light, in a mass dimer),
@@ -84,8 +132,10 @@ pub struct Wave {
 impl Wave {
     /// Builds the wave from `psi = F^{1/p}` and F at both contacts.
     pub(super) fn new(
-        alternation: Alternation,
-        exponent: f64,
+        Family {
+            alternation,
+            exponent,
+        }: Family,
         ratio: f64,
         psi: [Series; 2],
         force: [Series; 2],
@@ -110,6 +160,14 @@ impl Wave {
         Wave {
             order: wave.maxima_of_fast_part(),
             ..wave
+        }
+    }
+
+    pub(super) fn family(&self) -> Family {
+        let (alternation, exponent) = (self.alternation, self.exponent);
+        Family {
+            alternation,
+            exponent,
         }
     }
 
@@ -204,9 +262,8 @@ impl Wave {
     pub fn asymmetry(series: &Series) -> f64 {
         let (centre, height) = Wave::peak(series);
         let lags = (0..=COUNTING).map(|j| series.period() * f64::from(j) / f64::from(4 * COUNTING));
-        lags.map(|lag| (series.value(centre + lag) - series.value(centre - lag)).abs())
-            .fold(0.0, f64::max)
-            / height
+        let off = lags.map(|lag| series.value(centre + lag) - series.value(centre - lag));
+        largest(&off.collect::<Vec<f64>>()) / height
     }
 
     /// Full width at half height of the force in contact 0, in sites.
@@ -249,6 +306,25 @@ impl Wave {
     pub fn momentum(&self) -> f64 {
         let masses = self.masses();
         masses[0] * self.velocity[0].total() + masses[1] * self.velocity[1].total()
+    }
+
+    /// The wave at `2 half + 1` times over its period; it is zero outside.
+    pub fn profile(&self, half: usize) -> Snapshot {
+        let end = 0.5 * self.overlap[0].period();
+        let time: Vec<f64> = (0..=2 * half)
+            .map(|j| end * (j as f64 / half as f64 - 1.0))
+            .collect();
+        let values = |f: &dyn Fn(f64) -> f64| time.iter().map(|t| f(*t)).collect::<Vec<f64>>();
+        let force = |i: usize, t: f64| self.force[i].value(t).max(0.0);
+        Snapshot {
+            overlap: [0, 1].map(|i| values(&|t| self.overlap[i].value(t))),
+            psi: [0, 1].map(|i| values(&|t| force(i, t).powf(1.0 / self.exponent))),
+            force: [0, 1].map(|i| values(&|t| force(i, t))),
+            velocity: [0, 1].map(|i| values(&|t| self.velocity[i].value(t))),
+            slow: values(&|t| self.slow_part(t)),
+            fast: values(&|t| self.fast_part(t)),
+            time,
+        }
     }
 }
 

@@ -2,53 +2,31 @@
 //!
 //! Source: J. Kiefer, Proc. Amer. Math. Soc. 4, 502 (1953).
 
-/// An interval that holds the maximum, and the values at two points inside it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct GoldenSection<V> {
-    pub(crate) ends: [f64; 2],
-    pub(crate) inner: [(f64, V); 2],
-}
-
-fn ratio() -> f64 {
-    0.5 * (5f64.sqrt() - 1.0)
-}
-
-impl<V: Copy> GoldenSection<V> {
-    /// Evaluates `f` at the two inner points of an interval.
-    pub(crate) fn new<E>(
-        [a, b]: [f64; 2],
-        mut f: impl FnMut(f64) -> Result<V, E>,
-    ) -> Result<Self, E> {
-        let part = ratio() * (b - a);
-        let (c, d) = (b - part, a + part);
-        Ok(GoldenSection {
-            ends: [a, b],
-            inner: [(c, f(c)?), (d, f(d)?)],
-        })
-    }
-
-    pub(crate) fn width(&self) -> f64 {
-        self.ends[1] - self.ends[0]
-    }
-
-    /// Drops the part of the interval beyond the worse inner point.
-    pub(crate) fn narrow<E>(
-        &mut self,
-        first_is_better: bool,
-        mut f: impl FnMut(f64) -> Result<V, E>,
-    ) -> Result<(), E> {
-        let [c, d] = self.inner;
-        if first_is_better {
-            self.ends[1] = d.0;
-            let x = self.ends[1] - ratio() * self.width();
-            self.inner = [(x, f(x)?), c];
-        } else {
-            self.ends[0] = c.0;
-            let x = self.ends[0] + ratio() * self.width();
-            self.inner = [d, (x, f(x)?)];
+/// The interval around the maximum of `f` that is left of `ends`, no wider than `enough` unless that takes more than `most`
+/// evaluations, and the better of the two points evaluated inside it.
+pub(crate) fn golden_section<E>(
+    [mut a, mut b]: [f64; 2],
+    enough: f64,
+    most: usize,
+    mut f: impl FnMut(f64) -> Result<f64, E>,
+) -> Result<([f64; 2], (f64, f64)), E> {
+    let ratio = 0.5 * (5f64.sqrt() - 1.0);
+    let mut at = |x: f64| Ok((x, f(x)?));
+    let part = ratio * (b - a);
+    let (mut c, mut d) = (at(b - part)?, at(a + part)?);
+    for _ in 2..most {
+        if b - a <= enough {
+            break;
         }
-        Ok(())
+        if c.1 > d.1 {
+            b = d.0;
+            (c, d) = (at(b - ratio * (b - a))?, c);
+        } else {
+            a = c.0;
+            (c, d) = (d, at(a + ratio * (b - a))?);
+        }
     }
+    Ok(([a, b], if c.1 > d.1 { c } else { d }))
 }
 
 #[cfg(test)]
@@ -60,12 +38,7 @@ mod tests {
     #[test]
     fn val_closed_form_maximum_of_a_parabola() {
         let f = |x: f64| Ok::<f64, Infallible>(-(x - 0.3).powi(2));
-        let Ok(mut search) = GoldenSection::new([0.0, 1.0], f);
-        while search.width() > 1e-7 {
-            let [c, d] = search.inner;
-            let Ok(()) = search.narrow(c.1 > d.1, f);
-        }
-        let [a, b] = search.ends;
-        assert!(a <= 0.3 && 0.3 <= b && search.width() > 5e-8);
+        let Ok(([a, b], _)) = golden_section([0.0, 1.0], 1e-7, usize::MAX, f);
+        assert!(a <= 0.3 && 0.3 <= b && b - a > 5e-8);
     }
 }

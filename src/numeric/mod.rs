@@ -23,7 +23,7 @@ mod sums;
 pub(crate) use angle::*;
 pub(crate) use bins::{at_or_below, count_at_or_below, in_band};
 pub(crate) use fresnel::fresnel_auxiliary;
-pub(crate) use golden::GoldenSection;
+pub(crate) use golden::golden_section;
 pub(crate) use integral::integral;
 pub use jet::{Jet, Real};
 pub use least_squares::LineFit;

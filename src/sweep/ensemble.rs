@@ -89,10 +89,7 @@ impl Request {
         }
         let ensembles = groups.into_iter().map(|(values, columns)| Ensemble {
             values: values.into_iter().map(str::to_owned).collect(),
-            columns: columns
-                .into_iter()
-                .map(|(name, all)| spread(name, all))
-                .collect(),
+            columns: columns.into_iter().map(spread).collect(),
         });
         ensembles.collect()
     }
@@ -105,7 +102,7 @@ impl Ensemble {
     }
 }
 
-fn spread(column: String, values: Vec<f64>) -> Spread {
+fn spread((column, values): (String, Vec<f64>)) -> Spread {
     let values = sorted(values.into_iter());
     let n = values.len();
     let below = |share: f64| {

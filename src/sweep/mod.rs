@@ -22,7 +22,7 @@ pub use ensemble::{Ensemble, Spread};
 pub use measures::{Measures, Needs};
 pub use request::{Outcome, Outcomes, Request, read};
 pub use sheet::Swept;
-pub(crate) use sheet::wide;
+pub(crate) use sheet::{ORDER, in_order, wide};
 
 use rayon::prelude::*;
 
@@ -70,7 +70,6 @@ impl Part {
 pub struct Sweep {
     scene: SceneSource,
     request: Request,
-    members: usize,
 }
 
 /// How far a sweep is.
@@ -94,19 +93,15 @@ impl Sweep {
     /// [`Error::Request`] for invalid syntax, an unknown key, or too many members; [`Error::Scene`]
     /// for a scene that is invalid for all values of its keys.
     pub fn new(scene: SceneSource, vary: &[String]) -> Result<Sweep> {
-        let axes: Result<Vec<SweptKey>> = vary.iter().map(|text| SweptKey::parse(text)).collect();
-        let axes = axes?;
-        let members = axis::count(&axes)?;
+        let axes = vary.iter().map(|text| SweptKey::parse(text));
+        let vary = axes.collect::<Result<Vec<SweptKey>>>()?;
+        axis::count(&vary)?;
         let request = Request {
             version: env!("CARGO_PKG_VERSION").into(),
             scene: scene.whole_text()?,
-            vary: axes,
+            vary,
         };
-        let sweep = Sweep {
-            scene,
-            request,
-            members,
-        };
+        let sweep = Sweep { scene, request };
         sweep.simulation(0)?;
         Ok(sweep)
     }
@@ -157,22 +152,17 @@ impl Sweep {
         part: Part,
         observer: &dyn Observer,
     ) -> Result<()> {
-        let members = (0..self.members).filter(|member| part.holds(*member));
-        let members: Vec<usize> = {
-            let known = journal.outcomes();
-            members
-                .filter(|member| !known.contains_key(member))
-                .collect()
-        };
+        let is_open = |member: &usize| part.holds(*member) && journal.known(member).is_none();
+        let members: Vec<usize> = (0..self.request.members()).filter(is_open).collect();
         let computed = journal.each("chains", &members, observer, |member, observer| {
             let run = || Measures::of_run(self.simulation(*member)?, observer);
             journal.member(member, run).map(drop)
         });
         computed.map_err(|error| match error {
-            Error::Paused { known, .. } => Error::Paused {
-                known,
-                members: self.members,
-            },
+            Error::Paused { known, .. } => {
+                let members = self.request.members();
+                Error::Paused { known, members }
+            }
             error => error,
         })?;
         journal.sync()
@@ -180,7 +170,7 @@ impl Sweep {
 
     /// Checks that every member is valid, and that one run per thread fits into memory.
     fn check(&self, observer: &dyn Observer) -> Result<()> {
-        let sizes: Result<Vec<(u64, Option<u64>)>> = (0..self.members)
+        let sizes: Result<Vec<(u64, Option<u64>)>> = (0..self.request.members())
             .into_par_iter()
             .map(|member| {
                 observer.go_on()?;
@@ -191,7 +181,7 @@ impl Sweep {
         let sizes = sizes?;
         let allowed = sizes.iter().filter_map(|(_, memory)| *memory).min();
         let allowed = allowed.unwrap_or_else(available_memory);
-        let threads = rayon::current_num_threads().min(self.members) as u64;
+        let threads = rayon::current_num_threads().min(self.request.members()) as u64;
         let largest = sizes.iter().map(|(bytes, _)| *bytes).max().unwrap_or(0);
         let needed = largest.saturating_mul(threads);
         Error::beyond_memory("a run on every thread", needed, allowed)
@@ -218,12 +208,8 @@ impl Sweep {
             outcomes.extend(more);
         }
         let scene = SceneSource::new(None, request.scene.clone());
-        let members = axis::count(&request.vary)?;
-        let sweep = Sweep {
-            scene,
-            request,
-            members,
-        };
+        axis::count(&request.vary)?;
+        let sweep = Sweep { scene, request };
         let journal = Journal::open(Some(out), &sweep.request)?;
         for (member, outcome) in outcomes {
             if journal.known(&member).is_none() {
@@ -242,7 +228,7 @@ impl Sweep {
             write_whole(directory, name, text.as_bytes())
         };
         let mut table = None;
-        if outcomes.len() == self.members {
+        if outcomes.len() == self.request.members() {
             let ensembles = self.request.ensembles(outcomes);
             if !ensembles.is_empty() {
                 write(ENSEMBLES, table::of_ensembles(&self.request, &ensembles))?;
@@ -250,7 +236,7 @@ impl Sweep {
             table = Some(write(TABLE, table::of_members(&self.request, outcomes))?);
         }
         Ok(Standing {
-            members: self.members,
+            members: self.request.members(),
             known: outcomes.len(),
             failed: failed.count(),
             computed,

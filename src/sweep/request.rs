@@ -22,6 +22,11 @@ pub struct Request {
 }
 
 impl Request {
+    /// How many members there are.
+    pub fn members(&self) -> usize {
+        self.vary.iter().map(|axis| axis.values.len()).product()
+    }
+
     /// The values of a member, one for each key.
     pub fn values(&self, member: usize) -> Vec<&str> {
         axis::member(&self.vary, member)

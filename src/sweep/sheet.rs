@@ -14,6 +14,8 @@ const CURVES: usize = 12;
 const ROWS: usize = 200;
 /// Ends of an axis of this ratio make it logarithmic.
 const WIDE: f64 = 30.0;
+/// The abscissa of values in order.
+pub(crate) const ORDER: &str = "share of members (%)";
 
 /// Abscissa and median, and the band there.
 type Curve = Vec<((f64, f64), (f64, f64))>;
@@ -52,17 +54,13 @@ impl Describe for Swept {
         let keys = self.request.vary.iter();
         let keys: Vec<&str> = keys.map(|axis| &*axis.key).collect();
         let ensembles = self.request.ensembles(&self.outcomes);
+        let count = self.request.members();
+        let title = format!("Sweep over {}", keys.join(", ").replace('_', " "));
         let mut sheet = Sheet {
-            name: "sweep",
-            version: 1,
-            title: format!("Sweep over {}", keys.join(", ").replace('_', " ")),
-            about: format!(
-                "{} chains of one scene; all numbers are in table.csv",
-                self.count()
-            ),
+            about: format!("{count} chains of one scene; all numbers are in table.csv"),
             answer: self.answer(),
             tables: vec![self.table()],
-            ..Sheet::default()
+            ..Sheet::of("sweep", &title, "")
         };
         if let Some(why) = self.missing() {
             sheet.fact("no force", why);
@@ -74,7 +72,7 @@ impl Describe for Swept {
             }
         }
         sheet.numbers(json!({
-            "members": self.count(),
+            "members": count,
             "known": self.outcomes.len(),
             "failed": sheet.warnings.len(),
         }));
@@ -107,12 +105,6 @@ fn words<'v>(pairs: impl Iterator<Item = (&'v str, &'v str)>) -> String {
 }
 
 impl Swept {
-    /// Members in all.
-    fn count(&self) -> usize {
-        let keys = self.request.vary.iter();
-        keys.map(|axis| axis.values.len()).product()
-    }
-
     /// Members that are done, each by itself.
     fn members(&self) -> Vec<Ensemble> {
         self.request.grouped(&self.outcomes, None)
@@ -173,25 +165,11 @@ impl Swept {
     fn in_order(&self, measure: &Measure) -> Option<Chart> {
         self.points().1.then_some(())?;
         let members = self.members();
-        let values = sorted(
-            members
-                .iter()
-                .filter_map(|it| Some(it.of(measure.1)?.median)),
-        );
-        let share = |i: usize| 100.0 * (i as f64 + 0.5) / values.len() as f64;
-        let points = values
-            .iter()
-            .enumerate()
-            .map(|(i, value)| (share(i), *value));
-        let series = Series::line("", 0, points.collect());
+        let known = members.iter().filter_map(|it| it.of(measure.1));
+        let points = in_order(known.map(|spread| spread.median));
+        let series = (!points.is_empty()).then(|| Series::line("", 0, points));
         let title = format!("{}, in order", measure.0);
-        let series = (!values.is_empty()).then_some(series);
-        self.chart(
-            measure,
-            title,
-            "share of members (%)",
-            series.into_iter().collect(),
-        )
+        self.chart(measure, title, ORDER, series.into_iter().collect())
     }
 
     /// A chart of a measure; `None` without a curve.
@@ -202,8 +180,10 @@ impl Swept {
         abscissa: &str,
         series: Vec<Series>,
     ) -> Option<Chart> {
-        let is_empty = series.is_empty();
-        let chart = (!is_empty).then(|| Chart::of(title, abscissa, self.label(measure), series))?;
+        if series.is_empty() {
+            return None;
+        }
+        let chart = Chart::of(title, abscissa, self.label(measure), series);
         Some(match measure.1 {
             ERROR => chart.logarithmic(),
             _ => chart,
@@ -241,7 +221,7 @@ impl Swept {
                 named => format!("{words} at {named}"),
             }
         };
-        let count = self.count();
+        let count = self.request.members();
         let known: usize = forces.iter().map(|(_, spread)| spread.members).sum();
         let of = match count - known {
             0 => String::new(),
@@ -292,7 +272,10 @@ impl Swept {
             (needing(Needs::EndTime), "a later `--end-time`"),
             (needing(Needs::Samples), "more `--samples`"),
             (needing(Needs::Tolerance), "a smaller `--tolerance`"),
-            (self.count() - self.outcomes.len(), "the other parts"),
+            (
+                self.request.members() - self.outcomes.len(),
+                "the other parts",
+            ),
         ];
         let reasons = reasons.iter().filter(|(count, _)| *count > 0);
         let words: Vec<String> = reasons
@@ -314,12 +297,9 @@ impl Swept {
             });
             values.chain(measures).collect()
         });
-        let title = match members.len() > ROWS {
-            true => format!(
-                "The first {ROWS} members; table.csv has all {}",
-                members.len()
-            ),
-            false => "Members".into(),
+        let title = match members.len() {
+            count if count > ROWS => format!("The first {ROWS} members; table.csv has all {count}"),
+            _ => "Members".into(),
         };
         let head: Vec<&str> = keys.chain(labels.iter().map(String::as_str)).collect();
         Table::of(title, &head, rows)
@@ -333,6 +313,16 @@ fn short(text: &str) -> String {
         Some((value, unit)) => format!("{} {unit}", number(value)),
         None => text.to_owned(),
     }
+}
+
+/// Values in order, over the share of all that lie below them.
+pub(crate) fn in_order(values: impl Iterator<Item = f64>) -> Vec<(f64, f64)> {
+    let values = sorted(values);
+    let count = values.len() as f64;
+    let points = values.into_iter().enumerate();
+    points
+        .map(|(i, value)| (100.0 * (i as f64 + 0.5) / count, value))
+        .collect()
 }
 
 /// A chart whose abscissa is logarithmic where it spans decades.

@@ -34,15 +34,7 @@ pub(super) fn of_ensembles(
     ensembles: &[Ensemble],
 ) -> Result<String, csv::Error> {
     let keys = request.axes().into_iter().map(|axis| axis.key.as_str());
-    let columns = [
-        "column",
-        "members",
-        "p05",
-        "median",
-        "p95",
-        "mean",
-        "deviation",
-    ];
+    let columns = "column members p05 median p95 mean deviation".split(' ');
     written(keys.chain(columns), |writer| {
         let all = ensembles.iter();
         let mut rows = all.flat_map(|of| of.columns.iter().map(|spread| (&of.values, spread)));

@@ -58,7 +58,7 @@ impl Results {
             budgets: [small_budget(4.9272), small_budget(2.398)],
             attenuation: Followed::new(
                 Curves::Length(request.run(None, &Silent).unwrap()),
-                Measured::Nothing,
+                Measured::default(),
             ),
             transmission: Followed::new(
                 Curves::Key(
@@ -66,7 +66,7 @@ impl Results {
                         .run(None, &Silent)
                         .unwrap(),
                 ),
-                Measured::Nothing,
+                Measured::default(),
             ),
             journey: wave.journey(20, &Silent).unwrap(),
             wave: Profile::of(wave, 200),

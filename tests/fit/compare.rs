@@ -41,7 +41,6 @@ fn compared(
     };
     let source = SceneSource::new(None, scene(""));
     let found = request.run(&field, &source, &Silent).unwrap();
-    println!("{truth}: {}", found.describe().answer);
     let off =
         (&found.overlay.measured - &found.overlay.run - &found.overlay.residual).mapv(f64::abs);
     assert!(off.iter().all(|off| *off < 1e-12), "{off}");
@@ -178,7 +177,6 @@ fn val_uneven_sampling_is_no_difference() {
         let source = SceneSource::new(None, scene(""));
         let of = |records| CompareRequest::default().of_records(records, &source, &Silent);
         let found = of(records(0.0, &mut sample)).unwrap();
-        println!("{}", found.describe().answer);
         assert!(found.agrees(), "{}", found.describe().answer);
         let late = of(records(0.5, &mut sample)).unwrap();
         explained(&late, "clock of the records", 0.5, 0.05);
@@ -275,7 +273,6 @@ fn val_a_wrong_modulus_is_named() {
         };
         let scene = SceneSource::new(None, scene(""));
         let found = request.run(&made.field(records), &scene, &Silent).unwrap();
-        println!("{factor}: {}", found.describe().answer);
         // At one speed of impact times are as the coefficients to the power -2/5.
         let words = fact(&found, "arrivals");
         assert!(

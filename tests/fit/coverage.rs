@@ -39,10 +39,6 @@ fn held(correlation: f64) -> (usize, usize) {
     };
     let all = (0..FIELDS).into_par_iter().map(each);
     let (held, missed) = all.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
-    println!(
-        "{correlation}: {held} of {} held, {missed} called a misfit",
-        3 * FIELDS
-    );
     (held, missed)
 }
 

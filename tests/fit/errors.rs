@@ -23,19 +23,8 @@ fn refused(
 
 #[test]
 fn what_is_wrong_is_named() {
-    for (free, part) in [
-        ("stiffness_ration", "`stiffness_ratio`?"),
-        ("tangent", "to start from"),
-        ("stiffness_ratio=3..1", "lower bound first"),
-        (
-            "stiffness_ratio=3..4",
-            "hold the scene's stiffness_ratio = 2",
-        ),
-        ("sites", "sweep"),
-    ] {
-        let said = refused(|_, request, _| request.free = vec![free.into()]);
-        assert!(said.contains(part), "{free}: {said}");
-    }
+    let said = refused(|_, request, _| request.free = vec!["sites".into()]);
+    assert!(said.contains("sweep"), "{said}");
     let said = refused(|_, request, _| request.free.clear());
     assert!(said.contains("a key to fit"), "{said}");
     let said = refused(|_, request, _| request.bodies = Some(vec![1, 9]));

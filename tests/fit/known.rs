@@ -20,7 +20,6 @@ fn chain(kappa: f64, speed: f64, tangent: f64) -> String {
 fn assert_near(found: &Fitted, name: &str, expected: f64, most: f64) {
     let value = found.value(name).unwrap();
     let off = (value.value / expected - 1.0).abs();
-    println!("{name}: {} off by {off:e}, {}", value.value, value.shown());
     assert!(off < most, "{name}: {off:e}");
 }
 
@@ -93,7 +92,6 @@ fn val_closed_form_intervals_of_an_oscillator() {
     // Student's t of 198 degrees.
     for (value, error) in [c, v].into_iter().zip(errors) {
         let half = 0.5 * (value.high - value.low) / 1.972;
-        println!("{}: {half:e} {error:e}", value.name);
         assert!((half / error - 1.0).abs() < 2e-3, "{half:e} {error:e}");
     }
     let correlation = -sums[0][1] / (sums[0][0] * sums[1][1]).sqrt();
@@ -120,7 +118,6 @@ fn val_scene_with_gains_and_a_shifted_clock() {
     request.instruments.gain_error = Some(0.03);
     let scene = SceneSource::new(None, chain(1.9, 1.05, 0.01));
     let found = request.run(&field, &scene, &Silent).unwrap();
-    println!("{:#?}", found.values);
     assert!(found.misfit.is_none(), "{}", found.describe().answer);
     assert_eq!(found.overlay.records.known(), 1599);
     for (name, expected) in [
@@ -150,7 +147,6 @@ fn val_scaling_what_is_not_determined_is_said() {
             &["coefficient_cell[0]", "mass_cell[0]"],
         )
         .unwrap();
-    println!("{}", found.describe().answer);
     assert_eq!(found.undetermined.len(), 1);
     assert_eq!(
         found.undetermined[0].words,

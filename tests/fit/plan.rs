@@ -17,7 +17,6 @@ fn planned(request: &PlanRequest, scene: &str) -> Planned {
     let found = request
         .run(&SceneSource::new(None, scene), &Silent)
         .unwrap();
-    println!("{}", found.describe().answer);
     found
 }
 
@@ -101,7 +100,6 @@ fn val_fits_spread_as_planned() {
         let spread = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 59.0).sqrt();
         let last = found.by_time.nrows() - 1;
         let said = found.by_time[[last, k]] * mean / QUANTILE;
-        println!("{name}: spread {spread:.3e}, planned {said:.3e}");
         // A spread of 60 is known to 9 %.
         assert!(
             (spread / said - 1.0).abs() < 0.25,

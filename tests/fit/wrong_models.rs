@@ -11,10 +11,8 @@ fn fitted(truth: &str, model: &str, free: &[&str], end: f64) -> Fitted {
         ..Measurement::of(&[2, 5, 8], 300, end)
     };
     let right = made.fit(truth, truth, free).unwrap();
-    println!("right: {}", right.describe().answer);
     assert!(right.misfit.is_none(), "{}", right.describe().answer);
     let wrong = made.fit(truth, model, free).unwrap();
-    println!("wrong: {}", wrong.describe().answer);
     let answer = wrong.describe().answer;
     assert!(
         answer.starts_with("the model does not explain the records: ") && answer.len() < 120,

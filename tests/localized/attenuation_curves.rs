@@ -119,7 +119,6 @@ fn val_paper_localized_settles_and_dispersive_falls() {
         AttenuationLaw::Level
     );
     let settled = (force(4, 100) / force(4, 60) - 1.0).abs();
-    println!("settled {settled:e}, {}", force(4, 100));
     assert!(settled < 1e-7, "{settled:e}");
     assert!((force(4, 100) - 0.725919).abs() < 1e-6);
     let reach = curve(4).reach;
@@ -206,13 +205,11 @@ fn val_extremes_are_located_and_not_read_off_a_grid() {
     };
     let (a, b) = (least(&coarse), least(&fine));
     let off = (a.point.value - b.point.value).abs();
-    println!("extreme {off:e}");
     assert!(
         off < 1e-5 && off <= 4.0 * (a.value_error + b.value_error),
         "{off:e} {a:?}"
     );
     let off = (a.point.relative_force - b.point.relative_force).abs();
-    println!("force of it {off:e}");
     assert!(off < 5e-12, "{off:e}");
     let lowest = fine.curves[0].points.iter().map(|p| p.relative_force);
     assert!(lowest.fold(f64::INFINITY, f64::min) >= b.point.relative_force);
@@ -228,7 +225,6 @@ fn val_extremes_are_located_and_not_read_off_a_grid() {
             .zip([(1, 1.0), (2, 4.927_226_808_384), (3, 14.622_100_247_347)])
     {
         assert_eq!(*order, n);
-        println!("order {order}: {:e}", value / truth - 1.0);
         assert!((value / truth - 1.0).abs() < 1e-12, "{order}: {value}");
     }
 }
@@ -244,10 +240,6 @@ fn regress_combinations_and_threads() {
     let force = |i: usize| alone.curves[i].points[2].peak_force.value;
     assert!(force(1) < force(0) && force(3) < force(2));
     let speed = alone.curves[0].points[0];
-    println!(
-        "speed {:e}",
-        speed.mean_speed * speed.time_of_flight.value - 10.0
-    );
     assert!((speed.mean_speed * speed.time_of_flight.value - 10.0).abs() < 1e-14);
 }
 
@@ -338,7 +330,6 @@ fn val_walls_behind_few_bodies() {
         };
         let truth = force(4.9272) / force(1.0);
         let off = (row.relative_force.unwrap() / truth - 1.0).abs();
-        println!("{}: {off:e}", row.bodies);
         assert!(off < 1e-12, "{}: {off:e}", row.bodies);
         assert_eq!(row.kind, kind, "{}", row.bodies);
         assert!((truth - 1.0).abs() > 0.01);
@@ -372,7 +363,6 @@ fn val_hertz_scaling_has_no_extremes() {
     assert!(curve.extremes.is_empty(), "{:?}", curve.extremes);
     for point in &curve.points {
         let off = (point.relative_force / curve.points[0].relative_force - 1.0).abs();
-        println!("{}: {off:e}", point.value);
         assert!(off < 5e-13, "{}: {off:e}", point.value);
     }
 }
@@ -405,10 +395,6 @@ fn val_travelling_wave_equation_marks_up_to_order_19() {
     let curve = &request.run(None, &Silent).unwrap().curves[0];
     let orders: Vec<usize> = curve.localized.iter().map(|m| m.order).collect();
     assert_eq!(orders, (1..=19).collect::<Vec<_>>());
-    println!(
-        "order 18: {:e}",
-        curve.localized[17].value / 1440.05492 - 1.0
-    );
     assert!((curve.localized[17].value / 1440.05492 - 1.0).abs() < 1e-9);
     assert!(curve.unresolved_orders.is_empty());
 }

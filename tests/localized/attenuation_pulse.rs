@@ -68,7 +68,6 @@ fn val_hertz_collision_with_a_wall() {
     ];
     for (found, truth, tolerance) in expected {
         let off = (found.value / truth - 1.0).abs();
-        println!("{truth}: {off:e}, stated {:e}", found.error / truth);
         assert!(off < tolerance, "{found:?} {truth} {off:e}");
     }
     assert_eq!(
@@ -143,10 +142,6 @@ fn val_solitary_wave_of_the_homogeneous_chain() {
         assert!(off < 2e-12, "contact {n}: width {off:e}");
         let moving = at(n).velocity_rise_time.unwrap();
         let off = ((at(n).velocity_time.value - moving.value) / rise - 1.0).abs();
-        println!(
-            "contact {n}: rise of the velocity {off:e}, stated {:e}",
-            moving.error / rise
-        );
         assert!(off < 2e-12, "contact {n}: rise {off:e}");
         let taken = at(n + 1).arrival_time.value - at(n).arrival_time.value;
         let off = (taken * c - 1.0).abs();
@@ -207,7 +202,6 @@ fn val_energy_passed_and_behind_is_the_input() {
             found.extend(of(chain, Sense::Wall).pulses);
         }
         let worst = found.iter().fold(0.0f64, |m, p| m.max(p.closure.abs()));
-        println!("{name}: {worst:.1e}");
         assert!(worst > 0.0 && worst < 1e-11, "{name}: {worst:e}");
         let lossy = ["drag", "dashpot", "tangent", "all losses"].contains(&name);
         assert_eq!(found[40].energy_lost > 0.0, lossy, "{name}");
@@ -245,7 +239,6 @@ fn regress_errors_stated_are_kept() {
             found.pulses.iter().filter(moving).count(),
             found.pulses.len() - 1
         );
-        println!("{name}: force {worst_force:.1e}, time {worst_time:.1e} samples");
         assert!(worst_force < 2e-11, "{name}: {worst_force:e}");
         assert!(worst_time < 1e-8, "{name}: {worst_time:e}");
     }
@@ -261,10 +254,8 @@ fn regress_peaks_of_a_sampled_run() {
     for contact in [0, 1, 20, 41] {
         let sampled = run.peak_force(contact).unwrap();
         let off = (sampled.value / found.pulses[contact].peak_force.value - 1.0).abs();
-        println!("contact {contact}: force {off:e}");
         assert!(off < 2e-14, "contact {contact}: {off:e}");
         let late = (sampled.time - found.pulses[contact].peak_time.value).abs();
-        println!("contact {contact}: time {late:e}");
         assert!(late < 5e-8, "contact {contact}: {late:e}");
     }
     // Interpolate the rise of the velocity by the parabola through three samples.
@@ -278,13 +269,11 @@ fn regress_peaks_of_a_sampled_run() {
         let share = line + 0.5 * bend / step * line * (1.0 - line);
         let time = run.time[i] + share * (run.time[i + 1] - run.time[i]);
         let late = (time - found.pulses[site].velocity_rise_time.unwrap().value).abs();
-        println!("site {site}: half of its largest velocity {late:e}");
         assert!(late < 4e-8, "site {site}: {late:e}");
     }
     let last = run.time.len() - 1;
     let passed = run.energy_passed.as_ref().unwrap()[[last, 20]];
     let off = (passed / found.pulses[20].energy_passed.value - 1.0).abs();
-    println!("energy {off:e}");
     assert!(off < 2e-12, "{off:e}");
 }
 
@@ -310,7 +299,6 @@ fn val_hertz_scaling_with_the_impact() {
             (ratio(a.energy_passed, b.energy_passed), 4.0, 3e-11),
         ] {
             let off = (found / truth - 1.0).abs();
-            println!("{n}: {truth} {off:e}");
             assert!(off < tolerance, "{n}: {found} {truth} {off:e}");
         }
     }

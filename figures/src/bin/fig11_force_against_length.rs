@@ -44,7 +44,7 @@ fn main() -> Outcome<()> {
         ..AttenuationRequest::default()
     };
     let found = request.run(None, &Silent)?;
-    let followed = Followed::new(Curves::Length(found.clone()), Measured::Nothing);
+    let followed = Followed::new(Curves::Length(found.clone()), Measured::default());
     let csv = followed.describe().records.to_csv()?;
     write("fig11_force_against_length.csv", csv.as_bytes())?;
     let of = |sense: Sense| found.curves.iter().filter(move |c| c.sense == sense);

@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::super::{Computed, Measured, Transmission, TransmissionCurve, TransmissionPoint};
-use super::{FORCE, PULSE, field_charts, forces_over, named, places, points};
+use super::{FORCE, field_charts, laid_over, named, places, points, records};
 use crate::chain::scene::Units;
 use crate::sheet::{Chart, Look, Mark, Series, Sheet, Table, number};
 use crate::sweep::wide;
@@ -21,16 +21,13 @@ const ROW: [(&str, &str); 5] = [
 impl Transmission {
     pub(super) fn describe(&self) -> Sheet<'_> {
         let key = self.key.replace('_', " ");
+        let tables = self.curves.iter().map(|curve| self.points(&key, curve));
         let mut sheet = Sheet {
             version: 2,
             about: "The pulse at the wall behind a struck chain".into(),
             answer: self.answer(&key),
             records: self.records(),
-            tables: self
-                .curves
-                .iter()
-                .map(|curve| self.points(&key, curve))
-                .collect(),
+            tables: tables.collect(),
             ..Sheet::of(
                 "transmission",
                 &format!("Transmission against {key}"),
@@ -51,18 +48,18 @@ impl Transmission {
         let mut all: Vec<_> = all.collect();
         all.sort_by(|a, b| force(a).total_cmp(&force(b)));
         let at = |(point, extreme): &(&TransmissionPoint, Option<(_, f64)>)| {
-            let error =
-                extreme.map_or(String::new(), |(_, error)| format!(" +- {}", number(error)));
-            format!("{}{error}", number(point.value))
+            let error = extreme.map(|(_, error)| format!(" +- {}", number(error)));
+            number(point.value) + &error.unwrap_or_default()
         };
         match (all.first(), all.last()) {
-            (Some(least), Some(most)) => format!(
-                "force at the wall least at {key} {} ({} of the homogeneous chain's), largest at {} ({})",
-                at(least),
-                number(force(least)),
-                at(most),
-                number(force(most))
-            ),
+            (Some(least), Some(most)) => {
+                let [low, high] = [least, most].map(|end| number(force(end)));
+                let low = format!("{} ({low} of the homogeneous chain's)", at(least));
+                format!(
+                    "force at the wall least at {key} {low}, largest at {} ({high})",
+                    at(most)
+                )
+            }
             _ => "nothing comes through at any value".into(),
         }
     }
@@ -99,7 +96,7 @@ impl Transmission {
         let mut columns: Vec<(&str, &str)> = others.iter().map(|(key, at)| (*key, &**at)).collect();
         columns.extend([("row", "/row"), (&*self.key, "/value")]);
         columns.push(("value_error", "/value_error"));
-        columns.extend(ROW.iter().chain(&PULSE));
+        columns.extend(ROW);
         let rows = self.curves.iter().flat_map(|curve| {
             curve.all().map(|(point, extreme)| {
                 let (kind, error) = extreme.unwrap_or(("value", 0.0));
@@ -110,7 +107,7 @@ impl Transmission {
                 object
             })
         });
-        Table::of_places(&columns, rows)
+        records(&columns, rows)
     }
 
     /// Of the first curve.
@@ -147,26 +144,19 @@ impl Transmission {
             forces[i].points.sort_by(|a, b| a.0.total_cmp(&b.0));
             forces.push(Series::line("", i, dots).with(Look::Dots));
         }
-        forces.extend(forces_over(measured));
+        forces.extend(laid_over(&measured.forces));
         let [time, speed] = match self.units {
             Units::Si => ["s", "m/s"],
             Units::None => ["", "bodies per unit of time"],
         };
         let flights = lines(|p| p.time_of_flight.value);
+        let speeds = lines(|p| p.mean_speed);
+        let [time, speed] =
+            [("time", time), ("speed", speed)].map(|(name, unit)| label(name, unit));
         let mut charts = vec![
             Chart::of("peak force on the wall", &key, FORCE, forces),
-            Chart::of(
-                "time of flight to the wall",
-                &key,
-                label("time", time),
-                flights,
-            ),
-            Chart::of(
-                "mean speed",
-                &key,
-                label("speed", speed),
-                lines(|p| p.mean_speed),
-            ),
+            Chart::of("time of flight to the wall", &key, time, flights),
+            Chart::of("mean speed", &key, speed, speeds),
         ];
         if let Some(computed) = self.computed_points() {
             charts.extend(field_charts(&key, self.units, &computed, measured));
@@ -175,16 +165,13 @@ impl Transmission {
             .curves
             .first()
             .map_or(&[][..], |curve| &curve.localized);
+        let marks = marks.iter();
+        let marks = marks.map(|mark| Mark::new(mark.value, format!("n = {}", mark.order)));
+        let marks: Vec<Mark> = marks.collect();
         let is_angle = self.key.ends_with("angle");
-        let charts = charts.into_iter().map(|chart| {
-            let marks = marks.iter().map(|mark| Mark {
-                at: mark.value,
-                label: format!("n = {}", mark.order),
-            });
-            Chart {
-                marks: marks.collect(),
-                ..if is_angle { chart } else { wide(chart) }
-            }
+        let charts = charts.into_iter().map(|chart| Chart {
+            marks: marks.clone(),
+            ..if is_angle { chart } else { wide(chart) }
         });
         charts.collect()
     }
@@ -194,16 +181,11 @@ impl TransmissionCurve {
     /// Points, and extremes with their kind and the error of their value.
     fn all(&self) -> impl Iterator<Item = (&TransmissionPoint, Option<(&'static str, f64)>)> {
         let extremes = self.extremes.iter().map(|extreme| {
-            let kind = match extreme.is_maximum {
-                true => "maximum",
-                false => "minimum",
-            };
+            let kind = ["minimum", "maximum"][usize::from(extreme.is_maximum)];
             (&extreme.point, Some((kind, extreme.value_error)))
         });
-        self.points
-            .iter()
-            .map(|point| (point, None))
-            .chain(extremes)
+        let points = self.points.iter().map(|point| (point, None));
+        points.chain(extremes)
     }
 
     /// Its extremes and marks.
@@ -213,10 +195,8 @@ impl TransmissionCurve {
         let least = all.min_by(|a, b| a.relative_force.total_cmp(&b.relative_force));
         if let Some(least) = least.filter(|_| !settings.is_empty()) {
             let (force, at) = (number(least.relative_force), number(least.value));
-            sheet.fact(
-                settings,
-                format!("least {force} of the force, at {key} {at}"),
-            );
+            let text = format!("least {force} of the force, at {key} {at}");
+            sheet.fact(settings, text);
         }
         if !self.unresolved.is_empty() {
             let between = self.unresolved.iter();
@@ -225,9 +205,8 @@ impl TransmissionCurve {
             sheet.fact("further extremes", format!("may lie at {key} {between}"));
         }
         let marks = self.localized.iter();
-        let marks: Vec<String> = marks
-            .map(|mark| format!("{} (order {})", number(mark.value), mark.order))
-            .collect();
+        let marks = marks.map(|mark| format!("{} (order {})", number(mark.value), mark.order));
+        let marks: Vec<String> = marks.collect();
         if !marks.is_empty() {
             sheet.fact("localized waves", format!("at {key} {}", marks.join(", ")));
         }

@@ -4,12 +4,12 @@ use serde_json::json;
 
 use super::super::curve::compared;
 use super::super::{
-    Attenuation, AttenuationLaw, Computed, ContactKind, CurveRow, Fits, Measured, Reach, Sense,
-    Stop, StopCause,
+    Attenuation, AttenuationCurve, AttenuationLaw, Computed, ContactKind, CurveRow, Fits, Measured,
+    Reach, Sense, Stop, StopCause,
 };
-use super::{FORCE, PULSE, field_charts, forces_over, points};
+use super::{FORCE, field_charts, laid_over, points, records};
 use crate::chain::scene::Units;
-use crate::sheet::{Chart, Look, Series, Sheet, Table, name_of, number, percent};
+use crate::sheet::{Cell, Chart, Look, Series, Sheet, Table, name_of, number, percent, with_unit};
 use crate::unit::label;
 
 /// What stands before the numbers of a pulse.
@@ -88,39 +88,39 @@ impl Attenuation {
             Some((curve, bodies, force))
         });
         match forces.min_by(|a, b| a.2.total_cmp(&b.2)) {
-            Some((curve, bodies, force)) => format!(
-                "{} has {} of the force of the homogeneous chain after {bodies} bodies ({})",
-                curve.name,
-                percent(force),
-                curve.sense.name()
-            ),
+            Some((curve, bodies, force)) => {
+                let (name, sense, force) = (&curve.name, curve.sense.name(), percent(force));
+                let what = format!("{force} of the force of the homogeneous chain");
+                format!("{name} has {what} after {bodies} bodies ({sense})")
+            }
             None => "no chain has a pulse".into(),
         }
     }
 
     /// Each curve at its last point.
     fn last_points(&self) -> Table {
-        let head = [
-            "chain", "sense", "ratio", "bodies", "force", "energy", "width", "high",
+        fn last(curve: &AttenuationCurve, value: Value) -> Option<String> {
+            Some(format!("{:.4}", value(curve.rows.last()?)?))
+        }
+        fn width(curve: &AttenuationCurve) -> Option<String> {
+            let unit = if curve.units == Units::Si { "s" } else { "" };
+            Some(with_unit(curve.rows.last()?.pulse.width.value, unit))
+        }
+        let columns: [(&str, Cell<AttenuationCurve>); 8] = [
+            ("chain", |curve| Some(curve.name.clone())),
+            ("sense", |curve| Some(curve.sense.name().into())),
+            ("ratio", |curve| {
+                Some(format!("{:.4}", curve.stiffness_ratio))
+            }),
+            ("bodies", |curve| {
+                Some(curve.rows.last()?.bodies.to_string())
+            }),
+            ("force", |curve| last(curve, |row| row.relative_force)),
+            ("energy", |curve| last(curve, |row| row.relative_energy)),
+            ("width", width),
+            ("high", |curve| last(curve, |row| row.high_share)),
         ];
-        let optional = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.4}"));
-        let rows = self.curves.iter().map(|curve| {
-            let last: Option<&CurveRow> = curve.rows.last();
-            let unit = if curve.units == Units::Si { " s" } else { "" };
-            vec![
-                curve.name.clone(),
-                curve.sense.name().to_owned(),
-                format!("{:.4}", curve.stiffness_ratio),
-                last.map_or(0, |row| row.bodies).to_string(),
-                optional(last.and_then(|row| row.relative_force)),
-                optional(last.and_then(|row| row.relative_energy)),
-                last.map_or("-".into(), |row| {
-                    format!("{}{unit}", number(row.pulse.width.value))
-                }),
-                optional(last.and_then(|row| row.high_share)),
-            ]
-        });
-        Table::of("Curves at their last point", &head, rows).printed()
+        Table::of_columns("Curves at their last point", &self.curves, &columns).printed()
     }
 
     /// One row for each point of a curve.
@@ -133,20 +133,17 @@ impl Attenuation {
                 object
             })
         });
-        Table::of_places(&[&ROW[..], &PULSE].concat(), rows)
+        records(&ROW, rows)
     }
 
     /// Of the first curve; forces in the contacts that are fitted.
     pub(super) fn computed_points(&self) -> Option<Computed> {
         let rows = &self.curves.first()?.rows;
+        let over = |value: Value| points(rows, |row| Some((row.bodies as f64, value(row)?)));
         Some(Computed {
             forces: compared(self.kind, rows),
-            velocities: points(rows, |row| {
-                Some((row.bodies as f64, row.pulse.peak_velocity.value))
-            }),
-            arrivals: points(rows, |row| {
-                Some((row.bodies as f64, row.pulse.velocity_rise_time?.value))
-            }),
+            velocities: over(|row| Some(row.pulse.peak_velocity.value)),
+            arrivals: over(|row| Some(row.pulse.velocity_rise_time?.value)),
         })
     }
 
@@ -167,42 +164,29 @@ impl Attenuation {
                 let law = points.map(|p| (p.0, fits.chosen().at(p.0))).collect();
                 series.push(Series::line("", i, law).with(Look::Dashed));
             }
-            series.extend(forces_over(measured));
+            series.extend(laid_over(&measured.forces));
+            let kind = name_of(&self.kind);
             let title = match sense {
-                Sense::Chain => {
-                    format!(
-                        "peak force in one long chain, {} contacts",
-                        name_of(&self.kind)
-                    )
-                }
+                Sense::Chain => format!("peak force in one long chain, {kind} contacts"),
                 Sense::Wall => "peak force on the wall".into(),
             };
             charts.push(Chart::of(title, bodies, FORCE, series));
         }
         let is_si = self.curves.first().map(|c| c.units) == Some(Units::Si);
-        let others: [(&str, String, Value); 3] = [
-            (
-                "energy passed in one long chain",
-                "energy / that of the homogeneous chain".into(),
-                |row| row.relative_energy,
-            ),
-            (
-                "share of the energy passed above the band edge",
-                "share".into(),
-                |row| row.high_share,
-            ),
-            (
-                "width of the pulse at half its peak",
-                label("width", if is_si { "s" } else { "" }),
-                |row| Some(row.pulse.width.value),
-            ),
-        ];
-        for (title, label, value) in others {
+        let mut along = |title: &str, label: &str, value: Value| {
             let series = self.series(Sense::Chain, value);
             if series.iter().any(|s| !s.points.is_empty()) {
                 charts.push(Chart::of(title, bodies, label, series));
             }
-        }
+        };
+        let passed = "energy passed in one long chain";
+        let energy = "energy / that of the homogeneous chain";
+        along(passed, energy, |row| row.relative_energy);
+        let above = "share of the energy passed above the band edge";
+        along(above, "share", |row| row.high_share);
+        let width = label("width", if is_si { "s" } else { "" });
+        let half = "width of the pulse at half its peak";
+        along(half, &width, |row| Some(row.pulse.width.value));
         if let (Some(first), Some(computed)) = (self.curves.first(), self.computed_points()) {
             charts.extend(field_charts("site", first.units, &computed, measured));
         }

@@ -3,11 +3,11 @@
 mod key;
 mod length;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{Attenuation, Beside, Compared, Computed, Measured, MeasuredPoint, Transmission};
 use crate::chain::scene::Units;
-use crate::sheet::{Chart, Describe, Look, PlotRow, Series, Sheet, listed, number};
+use crate::sheet::{Chart, Describe, Look, PlotRow, Series, Sheet, Table, listed, number};
 
 /// Reasons of failures that are told; all are among the numbers.
 const TOLD: usize = 3;
@@ -67,22 +67,20 @@ impl Followed {
             let text = format!("outside the curve at {}", places(&beside.not_compared));
             sheet.fact("not compared", text);
         }
-        let without = [
-            (
-                "no measured largest velocity",
-                &beside.measured_without_peak,
-                "where the record begins or ends there, or nothing moves forward, there is none",
-            ),
-            (
-                "no measured arrival",
-                &beside.measured_without_arrival,
-                "what moves from the first sample on, measured or computed, has none",
-            ),
-        ];
-        for (what, at, why) in without.into_iter().filter(|(_, at, _)| !at.is_empty()) {
+        let mut none = |what: &str, at: &[f64], why: &str| {
             let message = format!("{what} to compare at {} ({} in all)", places(at), at.len());
-            sheet.warn(message, why);
-        }
+            if !at.is_empty() {
+                sheet.warn(message, why);
+            }
+        };
+        let why = "where the record begins or ends there, or nothing moves forward, there is none";
+        none(
+            "no measured largest velocity",
+            &beside.measured_without_peak,
+            why,
+        );
+        let why = "what moves from the first sample on, measured or computed, has none";
+        none("no measured arrival", &beside.measured_without_arrival, why);
     }
 }
 
@@ -120,14 +118,12 @@ fn places(at: &[f64]) -> String {
 }
 
 fn compared_words(compared: &Compared) -> String {
-    let error = match compared.measured.error {
-        Some(error) => format!(" +- {}", number(error)),
-        None => String::new(),
-    };
-    let within = match compared.in_errors {
-        Some(errors) => format!(" ({} standard errors)", number(errors)),
-        None => String::new(),
-    };
+    let known = |value: Option<f64>, words: fn(String) -> String| value.map(number).map(words);
+    let error = known(compared.measured.error, |error| format!(" +- {error}"));
+    let within = known(compared.in_errors, |errors| {
+        format!(" ({errors} standard errors)")
+    });
+    let [error, within] = [error, within].map(Option::unwrap_or_default);
     format!(
         "{}{error}, computed {}, difference {}{within}",
         number(compared.measured.value),
@@ -143,47 +139,34 @@ fn field_charts(
     computed: &Computed,
     measured: &Measured,
 ) -> Vec<Chart> {
-    let Measured::Field {
-        velocities,
-        arrivals,
-        ..
-    } = measured
-    else {
+    if measured.velocities.is_empty() {
         return Vec::new();
-    };
+    }
     let [velocity, time] = match units {
         Units::Si => ["velocity (m/s)", "time (s)"],
         Units::None => ["velocity", "time"],
     };
-    let all = [
-        (
+    let chart = |title, label, computed: &[(f64, f64)], measured| {
+        let mut series = vec![Series::line("computed", 0, computed.to_vec())];
+        series.extend(laid_over(measured));
+        Chart::of(title, x_label, label, series)
+    };
+    let arrival = "arrival: half of the largest velocity";
+    vec![
+        chart(
             "largest velocity",
             velocity,
             &computed.velocities,
-            velocities,
+            &measured.velocities,
         ),
-        (
-            "arrival: half of the largest velocity",
-            time,
-            &computed.arrivals,
-            arrivals,
-        ),
-    ];
-    let charts = all.map(|(title, label, computed, measured)| {
-        let mut series = vec![Series::line("computed", 0, computed.clone())];
-        series.extend(laid_over(measured));
-        Chart::of(title, x_label, label, series)
-    });
-    charts.into()
+        chart(arrival, time, &computed.arrivals, &measured.arrivals),
+    ]
 }
 
 fn laid_over(measured: &[MeasuredPoint]) -> Option<Series> {
-    let points: Vec<(f64, f64)> = measured.iter().map(|p| (p.at, p.value)).collect();
-    let errors = measured.iter().map(|p| p.error.unwrap_or(0.0)).collect();
-    (!points.is_empty()).then(|| Series {
-        errors,
-        ..Series::line("measured", 6, points).with(Look::Dots)
-    })
+    let points = measured.iter();
+    let points = points.map(|p| [p.at, p.value, p.error.unwrap_or(0.0)]);
+    (!measured.is_empty()).then(|| Series::with_errors("measured", 6, points).with(Look::Dots))
 }
 
 /// The points that rows have.
@@ -191,46 +174,39 @@ fn points<T>(rows: &[T], of: impl Fn(&T) -> Option<(f64, f64)>) -> Vec<(f64, f64
     rows.iter().filter_map(of).collect()
 }
 
-/// Measured forces, to lay over computed ones.
-fn forces_over(measured: &Measured) -> Option<Series> {
-    match measured {
-        Measured::Forces(points) => laid_over(points),
-        _ => None,
-    }
-}
-
 /// Names of keys with their values.
 fn named(settings: &[(String, String)]) -> String {
     let named = settings.iter();
-    let named: Vec<String> = named
-        .map(|(key, text)| format!("{} {text}", key.replace('_', " ")))
-        .collect();
-    listed(&named)
+    let named = named.map(|(key, text)| format!("{} {text}", key.replace('_', " ")));
+    listed(&named.collect::<Vec<_>>())
 }
 
 /// The numbers of a pulse: their names, and where they are in the JSON of a row.
-const PULSE: [(&str, &str); 20] = [
-    ("peak_force", "/pulse/peak_force/value"),
-    ("peak_force_error", "/pulse/peak_force/error"),
-    ("peak_time", "/pulse/peak_time/value"),
-    ("peak_time_error", "/pulse/peak_time/error"),
-    ("peak_velocity", "/pulse/peak_velocity/value"),
-    ("peak_velocity_error", "/pulse/peak_velocity/error"),
-    ("velocity_time", "/pulse/velocity_time/value"),
-    ("velocity_time_error", "/pulse/velocity_time/error"),
-    ("arrival_time", "/pulse/arrival_time/value"),
-    ("arrival_time_error", "/pulse/arrival_time/error"),
-    ("width", "/pulse/width/value"),
-    ("width_error", "/pulse/width/error"),
-    ("velocity_rise_time", "/pulse/velocity_rise_time/value"),
-    (
-        "velocity_rise_time_error",
-        "/pulse/velocity_rise_time/error",
-    ),
-    ("energy_pulse", "/pulse/energy_pulse/value"),
-    ("energy_passed", "/pulse/energy_passed/value"),
-    ("energy_passed_error", "/pulse/energy_passed/error"),
-    ("energy_behind", "/pulse/energy_behind"),
-    ("energy_lost", "/pulse/energy_lost"),
-    ("energy_closure", "/pulse/closure"),
-];
+const PULSE: &str = "\
+peak_force: /pulse/peak_force/value
+peak_force_error: /pulse/peak_force/error
+peak_time: /pulse/peak_time/value
+peak_time_error: /pulse/peak_time/error
+peak_velocity: /pulse/peak_velocity/value
+peak_velocity_error: /pulse/peak_velocity/error
+velocity_time: /pulse/velocity_time/value
+velocity_time_error: /pulse/velocity_time/error
+arrival_time: /pulse/arrival_time/value
+arrival_time_error: /pulse/arrival_time/error
+width: /pulse/width/value
+width_error: /pulse/width/error
+velocity_rise_time: /pulse/velocity_rise_time/value
+velocity_rise_time_error: /pulse/velocity_rise_time/error
+energy_pulse: /pulse/energy_pulse/value
+energy_passed: /pulse/energy_passed/value
+energy_passed_error: /pulse/energy_passed/error
+energy_behind: /pulse/energy_behind
+energy_lost: /pulse/energy_lost
+energy_closure: /pulse/closure";
+
+/// Rows with these columns, and behind them the numbers of their pulse.
+fn records(columns: &[(&str, &str)], rows: impl Iterator<Item = Value>) -> Table {
+    let pulse = PULSE.lines().filter_map(|line| line.split_once(": "));
+    let columns: Vec<(&str, &str)> = columns.iter().copied().chain(pulse).collect();
+    Table::of_places(&columns, rows)
+}

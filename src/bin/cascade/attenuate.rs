@@ -290,10 +290,14 @@ impl Attenuate {
     /// What was measured along the first chain.
     fn measured_along(&self) -> Result<Measured, Error> {
         let Some(path) = &self.measured else {
-            return Ok(Measured::Nothing);
+            return Ok(Measured::default());
         };
         if !self.length.measured_field {
-            return Ok(Measured::Forces(read_curve(Path::new(path))?));
+            let forces = read_curve(Path::new(path))?;
+            return Ok(Measured {
+                forces,
+                ..Measured::default()
+            });
         }
         if self.length.sense == Some(Where::Wall) {
             let expected = "`--sense chain` or both: sites of a field are those of one chain";
@@ -307,24 +311,31 @@ impl Attenuate {
         // The struck body moves fastest when it is struck, which is no peak.
         let has_none = |site: &usize| peaks.binary_search_by_key(site, |peak| peak.site).is_err();
         let without_peak = (1..field.n_sites()).filter(has_none);
-        Ok(Measured::Field {
+        Ok(Measured {
             velocities,
             arrivals: arrivals.into_iter().flatten().collect(),
             without_peak: without_peak.map(|site| site as f64).collect(),
+            ..Measured::default()
         })
     }
 
     /// What was measured at values of the key, and these values.
     fn measured_at(&self) -> Result<(Measured, Vec<f64>), Error> {
         let Some(typed) = &self.measured else {
-            return Ok((Measured::Nothing, Vec::new()));
+            return Ok(Default::default());
         };
         let with_value = typed.split_once('=');
         let with_value = with_value.and_then(|(v, path)| Some((v.parse::<f64>().ok()?, path)));
         let Some((at, path)) = with_value else {
-            let points = read_curve(Path::new(typed))?;
-            let values = points.iter().map(|point| point.at).collect();
-            return Ok((Measured::Forces(points), values));
+            let forces = read_curve(Path::new(typed))?;
+            let values = forces.iter().map(|point| point.at).collect();
+            return Ok((
+                Measured {
+                    forces,
+                    ..Measured::default()
+                },
+                values,
+            ));
         };
         let field = self.open(Path::new(path))?;
         let last = measured_peaks(&field).last().copied();
@@ -337,10 +348,10 @@ impl Attenuate {
             });
         };
         let (velocity, arrival) = peak.points(at);
-        let measured = Measured::Field {
+        let measured = Measured {
             velocities: vec![velocity],
             arrivals: arrival.into_iter().collect(),
-            without_peak: Vec::new(),
+            ..Measured::default()
         };
         Ok((measured, vec![at]))
     }

@@ -53,10 +53,8 @@ pub(super) fn bands(pair: &Pair) -> Vec<InBand> {
     for site in 0..pair.sites() {
         // Of a late record what both have, so that its ends are no difference.
         let front = pair.differs(site);
-        let delay = front.map_or(
-            0.0,
-            |(front, told)| if told.is_late { front.delay } else { 0.0 },
-        );
+        let late = front.filter(|(_, told)| told.is_late);
+        let delay = late.map_or(0.0, |(front, _)| front.delay);
         let late = ((delay / step).round() as isize).clamp(1 - n as isize, n as isize - 1);
         let own = late.max(0) as usize..(n as isize + late.min(0)) as usize;
         let of_run = (own.start as isize - late) as usize..(own.end as isize - late) as usize;
@@ -77,15 +75,8 @@ pub(super) fn bands(pair: &Pair) -> Vec<InBand> {
             };
             let quiet = variance * pair.noise.density(0.5 * share);
             let (both, off) = (y[k] * aligned[k], y[k] - aligned[k]);
-            let each = [
-                y[k] * y[k],
-                p[k] * p[k],
-                left[k] * left[k],
-                both,
-                off * off,
-                quiet,
-                1.0,
-            ];
+            let [y, p, left] = [y[k], p[k], left[k]].map(|v| v * v);
+            let each = [y, p, left, both, off * off, quiet, 1.0];
             let pairs = sums.iter_mut().zip(each);
             pairs.for_each(|(sum, value)| *sum += value);
         }
@@ -110,11 +101,7 @@ pub(super) fn bands(pair: &Pair) -> Vec<InBand> {
             measured: step * measured,
             run: step * run,
             noise: step * noise,
-            ratio: if is_seen && is_told {
-                ratio
-            } else {
-                [f64::NAN; 2]
-            },
+            ratio: ratio.map(|end| if is_seen && is_told { end } else { f64::NAN }),
             correlation: both.powi(2) / (measured * run).max(f64::MIN_POSITIVE),
             residual: residual / measured.max(f64::MIN_POSITIVE),
         }

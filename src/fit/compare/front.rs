@@ -13,7 +13,7 @@
 use super::super::noise::{Linear, Noise};
 use super::super::solver::{cholesky, dot, gram, scaled};
 use super::TOLD;
-use crate::numeric::GoldenSection;
+use crate::numeric::golden_section;
 
 /// Shares of the largest value at which a front starts and has arrived.
 const START: f64 = 0.02;
@@ -102,12 +102,8 @@ impl Front {
         let peak = (half..last).find(|i| values[i + 1].abs() < values[*i].abs());
         let end = (2.0 * times[peak.unwrap_or(last)] - times[start]).min(times[last]);
         let long = end - times[start];
-        if times
-            .iter()
-            .filter(|t| (times[start]..=end).contains(t))
-            .count()
-            < LEAST
-        {
+        let inside = times.iter().filter(|t| (times[start]..=end).contains(t));
+        if inside.count() < LEAST {
             return None;
         }
         let fit = |delay: f64, upto: f64| -> f64 {
@@ -142,24 +138,14 @@ impl Front {
             // Of the front alone, not of what comes behind it.
             let of = |delay: f64| Ok::<f64, std::convert::Infallible>(fit(delay, end + best));
             let ends = [best - step, best + step];
-            let Ok(mut section) = GoldenSection::new(ends, of);
-            while section.width() > 1e-3 * DELAY_RESOLUTION * long {
-                let [c, d] = section.inner;
-                let Ok(()) = section.narrow(c.1 > d.1, of);
-            }
-            let [c, d] = section.inner;
-            let delay = if c.1 > d.1 { c.0 } else { d.0 };
-            (
-                delay,
-                fit(delay, upto) - fit(0.0, upto),
-                count as f64 * step - best.abs() < 0.5 * step,
-            )
+            let enough = 1e-3 * DELAY_RESOLUTION * long;
+            let Ok((_, (delay, _))) = golden_section(ends, enough, usize::MAX, of);
+            let is_at_end = count as f64 * step - best.abs() < 0.5 * step;
+            (delay, fit(delay, upto) - fit(0.0, upto), is_at_end)
         };
-        let near = search(FRONTS * long);
-        let (delay, lower, _) = if near.2 {
-            search(0.5 * (times[last] - times[0]))
-        } else {
-            near
+        let (delay, lower, _) = match search(FRONTS * long) {
+            (.., true) => search(0.5 * (times[last] - times[0])),
+            near => near,
         };
         let front = Front {
             window: [times[start], end],

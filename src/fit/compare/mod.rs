@@ -8,6 +8,8 @@ mod bands;
 mod front;
 mod sheet;
 
+use std::sync::atomic::AtomicU64;
+
 use serde::Serialize;
 
 pub use bands::InBand;
@@ -16,10 +18,10 @@ use super::cause::{Cause, cause};
 use super::model::{Model, rms};
 use super::noise::{Linear, Noise};
 use super::records::Records;
-use super::result::{judge, misfit};
+use super::result::judge;
 use super::shown::Overlay;
-use super::solver::{Minimum, Problem, square};
-use super::verdict::Misfit;
+use super::solver::square;
+use super::verdict::{Misfit, misfit};
 use super::{EXACT, reliable};
 use crate::analyze::{Request, Results, analyze};
 use crate::chain::scene::SceneSource;
@@ -88,20 +90,24 @@ pub struct Attenuated {
 }
 
 /// What was found. Pairs are of the measurement and of the run.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Comparison {
+    #[serde(skip)]
     pub request: CompareRequest,
+    #[serde(skip)]
     pub overlay: Overlay,
     pub bodies: Vec<AtBody>,
     pub bands: Vec<InBand>,
     pub attenuation: Option<[Attenuated; 2]>,
     /// What moved along x.
+    #[serde(skip)]
     pub moved: Option<[Movement; 2]>,
     /// What noise does not explain of the difference; `None` for nothing.
     pub misfit: Option<Misfit>,
     /// The one number of the chain, of the clock or of a gain that explains it.
     pub cause: Option<Cause>,
     /// Whether the difference is the error of runs.
+    #[serde(rename = "exact")]
     pub is_exact: bool,
     /// Energy of the difference over that of the measurement, with the noise.
     pub left: f64,
@@ -135,46 +141,36 @@ impl CompareRequest {
         scene: &SceneSource,
         observer: &dyn Observer,
     ) -> Result<Comparison> {
-        let mut model = Model::of(scene, (&[], &[]), &records, observer)?;
+        let runs = AtomicU64::new(0);
+        let mut model = Model::of(scene, (&[], &[]), &records, (observer, &runs))?;
         let (used, until, run_error) = reliable(&model, &[])?;
         model.records = &used;
-        let predicted = model.predicted(&[])?;
-        let residual = model.residual(&[])?;
-        let minimum = Minimum {
-            at: Vec::new(),
-            squares: square(&residual),
-            residual,
-            columns: Vec::new(),
-            is_settled: true,
-        };
+        let (minimum, predicted) = model.minimum(&[])?;
         let is_exact = rms(&minimum.residual) <= used.size() * EXACT.max(3.0 * run_error);
         let pair = Pair::of(&used, &predicted, is_exact);
         let bodies: Vec<AtBody> = (0..pair.sites()).map(|site| pair.body(site)).collect();
         let is_told = bodies.iter().any(|at| at.is_late || at.is_other);
         let misfit = misfit(&model, &minimum, &predicted, &judge(&model, &minimum).noise)
             .filter(|misfit| !is_exact && (is_told || misfit.level < LEVEL));
-        let places = misfit
-            .as_ref()
-            .map_or(&used.bodies, |misfit| &misfit.bodies);
+        let of_misfit = misfit.as_ref().map(|misfit| &misfit.bodies);
         let cause = match misfit.is_some() || is_told {
-            true => cause(&model, &minimum, places)?.filter(|cause| cause.is_all),
+            true => cause(&model, &minimum, of_misfit.unwrap_or(&used.bodies))?,
             false => None,
         };
-        let moved = match pair.sites() {
-            0..BODIES => None,
-            _ => moved(&used, &pair.measured)?
-                .zip(moved(&used, &pair.run)?)
-                .map(<[_; 2]>::from),
-        };
+        let mut moves = None;
+        if pair.sites() >= BODIES {
+            let [measured, run] = [&pair.measured, &pair.run].map(|values| moved(&used, values));
+            moves = measured?.zip(run?).map(<[_; 2]>::from);
+        }
         Ok(Comparison {
-            moved,
+            moved: moves,
             overlay: Overlay::of(&used, &predicted),
             bands: bands::bands(&pair),
             attenuation: attenuations(&bodies),
             left: minimum.squares / square(&pair.measured).max(f64::MIN_POSITIVE),
             bodies,
             misfit,
-            cause,
+            cause: cause.filter(|cause| cause.is_all),
             is_exact,
             horizon: until,
             request: self.clone(),
@@ -206,9 +202,8 @@ fn moved(records: &Records, values: &[f64]) -> Result<Option<Movement>> {
 fn attenuations(bodies: &[AtBody]) -> Option<[Attenuated; 2]> {
     let of = |which: usize| {
         let reached = bodies.iter().filter(|at| at.arrival[0].is_finite());
-        let points: Vec<(f64, f64)> = reached
-            .map(|at| (at.body as f64, at.peak[which].ln()))
-            .collect();
+        let points = reached.map(|at| (at.body as f64, at.peak[which].ln()));
+        let points: Vec<(f64, f64)> = points.collect();
         let line = (points.len() >= BODIES).then(|| LineFit::through(&points))??;
         Some(Attenuated {
             rate: -line.slope,
@@ -264,9 +259,8 @@ impl<'a> Pair<'a> {
         let before = (0..pair.sites()).flat_map(early).zip(&pair.known);
         let quiet: Vec<bool> = before.map(|(early, known)| early && *known).collect();
         let kept = left.iter().zip(&quiet);
-        let kept: Vec<f64> = kept
-            .map(|(v, quiet)| if *quiet { *v } else { 0.0 })
-            .collect();
+        let kept = kept.map(|(v, quiet)| if *quiet { *v } else { 0.0 });
+        let kept: Vec<f64> = kept.collect();
         let before = pair.noise_of(&kept, &quiet);
         // What is left of fronts may be no noise.
         if before.independent() > QUIET && before.sigma < CLEAN * pair.noise.sigma {
@@ -275,11 +269,9 @@ impl<'a> Pair<'a> {
             pair.noise = Noise { sigmas, ..before };
             pair.is_quiet = true;
         }
-        pair.fronts = fronts
-            .into_iter()
-            .enumerate()
-            .map(|(site, front)| pair.told(site, front.filter(|_| !is_exact)?))
-            .collect();
+        let told =
+            |(site, front): (usize, Option<Front>)| pair.told(site, front.filter(|_| !is_exact)?);
+        pair.fronts = fronts.into_iter().enumerate().map(told).collect();
         pair
     }
 
@@ -329,16 +321,12 @@ impl<'a> Pair<'a> {
     fn left(&self, site: usize, front: Option<Front>) -> Vec<f64> {
         let (delay, size) = front.map_or((0.0, 1.0), |front| (front.delay, front.size));
         let curve = self.curve(site);
-        let samples = self
-            .times()
-            .iter()
-            .zip(self.measured(site))
-            .zip(self.known(site));
-        let beyond = |((t, y), known): ((&f64, &f64), &bool)| match known {
-            true => y - size * curve.at(t - delay)[0],
+        let (times, measured, known) = (self.times(), self.measured(site), self.known(site));
+        let beyond = |i: usize| match known[i] {
+            true => measured[i] - size * curve.at(times[i] - delay)[0],
             false => 0.0,
         };
-        samples.map(beyond).collect()
+        (0..times.len()).map(beyond).collect()
     }
 
     /// A delay that is not told but beyond its error is one of noise.

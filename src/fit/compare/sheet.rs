@@ -7,43 +7,27 @@ use serde_json::json;
 use super::super::shown::{per_time, places, some_places, warn_of_horizon};
 use super::{AtBody, Attenuated, Comparison, InBand, TOLD};
 use crate::sheet::{
-    BLUE, Chart, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table, VERMILLION, number,
-    percent, with_unit,
+    BLUE, Cell, Chart, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table, VERMILLION,
+    number, percent, with_unit,
 };
 use crate::unit::label;
 
-/// How the run is off.
-const SIDES: [(f64, &str); 2] = [(-1.0, "early"), (1.0, "late")];
+/// On which side of the measurement the run is, and by how much where, in words.
+type Told = (Ordering, String);
 
-const DEFINITIONS: [[&str; 2]; 4] = [
-    [
-        "arrival",
-        "When half of the run's largest value is first reached; measured, that and the delay at which the run's front is most \
-         like the record. What is said to differ does so by four standard errors.",
-    ],
-    [
-        "largest value",
-        "Of the run; measured, that times the factor by which the run's front fits the record. Differences below 1 % are not \
-         told.",
-    ],
-    [
-        "energy",
-        "Squares of the records integrated over time, by octaves of frequency, all records together. Ratios are given \
-         between what they are if all that the run leaves is noise, and if none is.",
-    ],
-    [
-        "correlation",
-        "Squared correlation of measurement and run over the records and frequencies of a band.",
-    ],
-];
+const DEFINITIONS: &str = "\
+arrival: When half of the run's largest value is first reached; measured, that and the delay at which the run's \
+front is most like the record. What is said to differ does so by four standard errors.
+largest value: Of the run; measured, that times the factor by which the run's front fits the record. Differences \
+below 1 % are not told.
+energy: Squares of the records integrated over time, by octaves of frequency, all records together. Ratios are given \
+between what they are if all that the run leaves is noise, and if none is.
+correlation: Squared correlation of measurement and run over the records and frequencies of a band.";
 
 impl Describe for Comparison {
     fn describe(&self) -> Sheet<'_> {
         let records = &self.overlay.records;
         let mut sheet = Sheet {
-            name: "compare-field",
-            version: 1,
-            title: "Measurement and run".into(),
             about: format!(
                 "{} of {} and of a run there",
                 records.quantity.name(),
@@ -51,25 +35,17 @@ impl Describe for Comparison {
             ),
             answer: self.answer(),
             tables: vec![self.body_table(), self.band_table()],
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("compare-field", "Measurement and run", DEFINITIONS)
         };
         self.facts(&mut sheet);
         warn_of_horizon(&mut sheet, self.horizon, &records.units[0]);
+        sheet.numbers(json!(self));
         sheet.numbers(json!({
-            "bodies": self.bodies,
-            "bands": self.bands,
-            "attenuation": self.attenuation,
             "moved": self.moved.as_ref().map(|both| both.each_ref().map(|moved| json!({
                 "verdict": moved.verdict, "up": moved.up.share, "down": moved.down.share, "bound": moved.bound,
             }))),
             "agree": self.agrees(),
-            "misfit": self.misfit,
-            "cause": self.cause,
-            "left": self.left,
-            "exact": self.is_exact,
             "within": self.request.within,
-            "horizon": self.horizon,
         }));
         self.variables(&mut sheet);
         sheet
@@ -122,6 +98,16 @@ fn times([low, high]: [f64; 2]) -> String {
     }
 }
 
+/// What is told of a ratio between its ends.
+fn of_ratio((side, ends, place): (Ordering, [f64; 2], String)) -> Told {
+    let off = ends.map(|end| (end - 1.0).abs());
+    let words = match side {
+        Ordering::Equal => format!("agree within {} {place}", percent(off[0].max(off[1]))),
+        _ => format!("in the run {} the measured {place}", times(ends)),
+    };
+    (side, words)
+}
+
 impl Comparison {
     /// Whether the run's energy in a band is less or more than measured, or neither; `None` where noise hides it.
     fn side(&self, band: &InBand) -> Option<Ordering> {
@@ -137,12 +123,7 @@ impl Comparison {
 
     /// Whether nothing is told to differ.
     pub fn agrees(&self) -> bool {
-        let is_same = |band: &InBand| self.side(band).is_none_or(Ordering::is_eq);
-        self.misfit.is_none() && !self.is_told() && self.bands.iter().all(is_same)
-    }
-
-    fn is_told(&self) -> bool {
-        self.bodies.iter().any(|at| at.is_late || at.is_other)
+        self.misfit.is_none() && self.differs().is_none()
     }
 
     /// Records whose front noise does not hide.
@@ -154,63 +135,36 @@ impl Comparison {
         if self.is_exact {
             return "measurement and run agree to the error of runs".into();
         }
-        if self.agrees() {
-            // Of measured energy that is all noise the signal is what the run has.
-            let size = (self.left / (1.0 - self.left).max(1e-3)).min(self.left_of_run());
-            let noise = format!("noise of {} of the signal", percent(size.sqrt()));
-            let is_seen = self.fronts().next().is_some() || !self.groups().is_empty();
+        let differs = self.differs();
+        if self.misfit.is_none() && differs.is_none() {
+            let noise = percent(self.left_of_run().sqrt());
+            let is_seen = self.told().iter().any(|(_, told)| !told.is_empty());
+            let noise = format!("noise of {noise} of the signal");
             return match is_seen {
                 true => format!("measurement and run agree: {noise} is all that is between them"),
                 false => format!("measurement and run agree, but {noise} hides the run"),
             };
         }
-        let is_tried = self.is_told() || self.misfit.is_some();
-        match (&self.cause, self.worst()) {
-            (Some(cause), _) => format!("measurement and run differ {}", cause.differs()),
-            (None, worst) if is_tried => {
-                format!("measurement and run differ: {worst}; no one number explains it")
-            }
-            (None, worst) => format!("measurement and run differ: {worst}"),
-        }
+        let is_told = self.bodies.iter().any(|at| at.is_late || at.is_other);
+        let left = || format!("{} of the energy is left", percent(self.left));
+        let how = match &self.cause {
+            Some(cause) => format!(" {}", cause.differs()),
+            None => format!(": {}", differs.unwrap_or_else(left)),
+        };
+        let tried = match self.cause.is_none() && (is_told || self.misfit.is_some()) {
+            true => "; no one number explains it",
+            false => "",
+        };
+        format!("measurement and run differ{how}{tried}")
     }
 
-    /// Records at which the run is early (-1) or late (1), the one that is least so first.
-    fn off(&self, sign: f64) -> Vec<&AtBody> {
-        let off = self.bodies.iter();
-        let mut off: Vec<&AtBody> = off
-            .filter(|at| at.is_late && sign * at.late() > 0.0)
-            .collect();
-        off.sort_by(|a, b| (sign * a.late()).total_cmp(&(sign * b.late())));
-        off
-    }
-
-    /// The first of what differs: by how much at most.
-    fn worst(&self) -> String {
-        let sides = SIDES.iter().filter_map(|(sign, word)| {
-            let off = self.off(*sign);
-            let most = off.last()?;
-            let by = with_unit(most.late().abs(), &self.overlay.records.units[0]);
-            Some(match off.len() {
-                1 => format!("{by} {word} at {}", self.place(&off)),
-                _ => format!("up to {by} {word}"),
-            })
-        });
-        let sides: Vec<String> = sides.collect();
-        if !sides.is_empty() {
-            return format!("the run arrives {}", sides.join(" and "));
-        }
-        let other = self.bodies.iter().filter(|at| at.is_other);
-        let off = |at: &&AtBody| (at.peak[1] / at.peak[0].max(0.0)).ln().abs();
-        if let Some(most) = other.max_by(|a, b| off(a).total_cmp(&off(b))) {
-            let (size, place) = (times(most.size()), self.place(&[most]));
-            return format!("the run's largest value is {size} the measured at {place}");
-        }
-        let differ = self.groups().into_iter().filter(|(side, ..)| side.is_ne());
-        let off = |ends: &[f64; 2]| (ends[0] * ends[1]).ln().abs();
-        match differ.max_by(|a, b| off(&a.1).total_cmp(&off(&b.1))) {
-            Some((_, ends, place)) => format!("the run has {} the energy {place}", times(ends)),
-            None => format!("{} of the energy is left", percent(self.left)),
-        }
+    /// The first of what differs.
+    fn differs(&self) -> Option<String> {
+        self.told().into_iter().find_map(|(name, told)| {
+            let differ = told.into_iter().filter(|(side, _)| side.is_ne());
+            let words: Vec<String> = differ.map(|(_, words)| words).collect();
+            (!words.is_empty()).then(|| format!("{name} {}", words.join(" and ")))
+        })
     }
 
     /// Energy of the difference over that of the run.
@@ -223,77 +177,77 @@ impl Comparison {
         left / run.max(f64::MIN_POSITIVE)
     }
 
-    fn place(&self, at: &[&AtBody]) -> String {
+    /// Bodies at which numbers are below one, and those at which they are above: between which ends, and where.
+    fn beside(
+        &self,
+        one: f64,
+        ends: impl Fn(&AtBody) -> Option<[f64; 2]>,
+    ) -> Vec<(Ordering, [f64; 2], String)> {
         let quantity = self.overlay.records.quantity;
-        let mut bodies: Vec<usize> = at.iter().map(|at| at.body).collect();
-        bodies.sort_unstable();
-        match bodies.len() == self.bodies.len() && bodies.len() > 1 {
-            true => format!("all {}", places(quantity)),
-            false => some_places(quantity, &bodies, 3),
-        }
+        let on = |side: Ordering| {
+            let told = self.bodies.iter().filter_map(|at| Some((at, ends(at)?)));
+            let off: Vec<_> = told
+                .filter(|(_, ends)| ends[0].total_cmp(&one) == side)
+                .collect();
+            let ends = span(off.iter().flat_map(|(_, ends)| *ends))?;
+            let mut bodies: Vec<usize> = off.iter().map(|(at, _)| at.body).collect();
+            bodies.sort_unstable();
+            let place = match bodies.len() == self.bodies.len() && bodies.len() > 1 {
+                true => format!("at all {}", places(quantity)),
+                false => format!("at {}", some_places(quantity, &bodies, 3)),
+            };
+            Some((side, ends, place))
+        };
+        let sides = [Ordering::Less, Ordering::Greater];
+        sides.into_iter().filter_map(on).collect()
     }
 
-    fn arrivals(&self) -> Option<String> {
-        let shown = |by: f64| with_unit(by.abs(), &self.overlay.records.units[0]);
-        let sides = SIDES.iter().filter_map(|(sign, word)| {
-            let off = self.off(*sign);
-            let (least, most) = off.first().zip(off.last())?;
-            let error = TOLD * most.arrival_error.hypot(least.arrival_error);
-            let mean = off.iter().map(|at| at.late()).sum::<f64>() / off.len() as f64;
-            let place = self.place(&off);
-            Some(match (most.late() - least.late()).abs() > error {
-                false => format!("{} {word} at {place}", shown(mean)),
-                true => format!(
-                    "{word} at {place}, {} at {} to {} at {}",
-                    number(least.late().abs()),
-                    least.body,
-                    shown(most.late()),
-                    most.body
-                ),
-            })
-        });
-        let sides: Vec<String> = sides.collect();
-        if !sides.is_empty() {
-            return Some(format!("the run is {}", sides.join("; ")));
+    fn arrivals(&self) -> Vec<Told> {
+        let shown = |by: f64| with_unit(by, &self.overlay.records.units[0]);
+        let late = self.beside(0.0, |at| at.is_late.then(|| [at.late(); 2]));
+        let words = |(side, ends, place): (Ordering, [f64; 2], String)| {
+            let [low, high] = ends.map(f64::abs);
+            let (least, most) = (low.min(high), low.max(high));
+            let by = match least < most {
+                true => format!("{} to {}", number(least), shown(most)),
+                false => shown(most),
+            };
+            let word = if side.is_lt() { "early" } else { "late" };
+            (side, format!("in the run {word} {place}, by {by}"))
+        };
+        if late.is_empty() {
+            let bounds = self
+                .fronts()
+                .map(|at| at.late().abs() + 2.0 * at.arrival_error);
+            let bound = bounds.max_by(f64::total_cmp);
+            let words = bound.map(|by| (Ordering::Equal, format!("agree within {}", shown(by))));
+            return words.into_iter().collect();
         }
-        let bound = |at: &AtBody| at.late().abs() + 2.0 * at.arrival_error;
-        let bound = self.fronts().map(bound).max_by(f64::total_cmp)?;
-        Some(format!("agree within {}", shown(bound)))
+        late.into_iter().map(words).collect()
     }
 
-    /// The run's largest values over the measured ones, with their ends.
-    fn sizes(&self) -> Option<String> {
-        let mut told: Vec<&AtBody> = self.bodies.iter().filter(|at| at.is_other).collect();
-        told.sort_by(|a, b| a.size()[0].total_cmp(&b.size()[0]));
-        let Some((least, most)) = told.first().zip(told.last()) else {
+    /// The run's largest values over the measured ones.
+    fn sizes(&self) -> Vec<Told> {
+        let other = self.beside(1.0, |at| at.is_other.then(|| at.size()));
+        if other.is_empty() {
             let off = |at: &AtBody| at.size().map(|end| (end - 1.0).abs());
-            let most = self.fronts().flat_map(off).max_by(f64::total_cmp)?;
-            return Some(match most > 1.0 {
+            let most = self.fronts().flat_map(off).max_by(f64::total_cmp);
+            let words = most.map(|most| match most > 1.0 {
                 true => "cannot be told from noise".into(),
                 false => format!("agree within {}", percent(most)),
             });
-        };
-        Some(match least.size()[1] < most.size()[0] {
-            true => format!(
-                "in the run {} the measured at {}, {} at {}",
-                times(least.size()),
-                self.place(&[least]),
-                times(most.size()),
-                most.body
-            ),
-            false => format!(
-                "in the run {} the measured at {}",
-                times([most.size()[0], least.size()[1]]),
-                self.place(&told)
-            ),
-        })
+            return words
+                .map(|words| (Ordering::Equal, words))
+                .into_iter()
+                .collect();
+        }
+        other.into_iter().map(of_ratio).collect()
     }
 
-    /// Neighbouring bands that do alike: how, between which ratios, and where.
-    fn groups(&self) -> Vec<(Ordering, [f64; 2], String)> {
-        let told: Vec<(Ordering, &InBand)> = self
-            .bands
-            .iter()
+    /// Neighbouring bands that do alike.
+    fn energies(&self) -> Vec<Told> {
+        let told = self.bands.iter();
+        let told: Vec<(Ordering, &InBand)> = told
             .filter_map(|band| Some((self.side(band)?, band)))
             .collect();
         let unit = per_time(&self.overlay.records.units[0]);
@@ -308,32 +262,26 @@ impl Comparison {
                 (true, false) => format!("between {low} and {high}"),
             };
             let ratios = group.iter().flat_map(|(_, band)| band.ratio);
-            (group[0].0, span(ratios).unwrap_or([f64::NAN; 2]), place)
+            of_ratio((group[0].0, span(ratios).unwrap_or([f64::NAN; 2]), place))
         };
         told.chunk_by(|a, b| a.0 == b.0).map(group).collect()
     }
 
-    fn energies(&self) -> Option<String> {
-        let words = self.groups().into_iter().map(|(side, ends, place)| {
-            let off = ends.map(|end| (end - 1.0).abs());
-            match side {
-                Ordering::Equal => format!("agree within {} {place}", percent(off[0].max(off[1]))),
-                _ => format!("in the run {} the measured {place}", times(ends)),
-            }
-        });
-        let words: Vec<String> = words.collect();
-        (!words.is_empty()).then(|| words.join("; "))
+    /// What is told of each kind; nothing where noise hides the run.
+    fn told(&self) -> [(&'static str, Vec<Told>); 3] {
+        [
+            ("arrivals", self.arrivals()),
+            ("largest values", self.sizes()),
+            ("energies", self.energies()),
+        ]
     }
 
     fn facts(&self, sheet: &mut Sheet<'_>) {
         let records = &self.overlay.records;
-        for (name, text) in [
-            ("arrivals", self.arrivals()),
-            ("largest values", self.sizes()),
-            ("energies", self.energies()),
-        ] {
-            if let Some(text) = text.filter(|_| !self.is_exact) {
-                sheet.fact(name, text);
+        for (name, told) in self.told() {
+            let words: Vec<String> = told.into_iter().map(|(_, words)| words).collect();
+            if !words.is_empty() && !self.is_exact {
+                sheet.fact(name, words.join("; "));
             }
         }
         if let (Some(misfit), None) = (&self.misfit, &self.cause) {
@@ -365,29 +313,23 @@ impl Comparison {
     }
 
     fn body_table(&self) -> Table {
-        let row = |at: &AtBody| {
-            let with_error = |value: f64, error: f64| match value.is_finite() {
+        fn with_error(value: f64, error: f64) -> String {
+            match value.is_finite() {
                 true => format!("{} ± {}", number(value), number(error)),
                 false => "below noise".into(),
-            };
-            vec![
-                at.body.to_string(),
-                number(at.arrival[1]),
-                with_error(at.late(), at.arrival_error),
-                number(at.peak[1]),
-                with_error(at.peak[0], at.peak_error),
-                percent(at.residual),
-            ]
-        };
-        let head = [
-            "at",
-            "arrival",
-            "run late by",
-            "largest",
-            "measured",
-            "energy left",
+            }
+        }
+        let columns: [(&str, Cell<AtBody>); 6] = [
+            ("at", |at| Some(at.body.to_string())),
+            ("arrival", |at| Some(number(at.arrival[1]))),
+            ("run late by", |at| {
+                Some(with_error(at.late(), at.arrival_error))
+            }),
+            ("largest", |at| Some(number(at.peak[1]))),
+            ("measured", |at| Some(with_error(at.peak[0], at.peak_error))),
+            ("energy left", |at| Some(percent(at.residual))),
         ];
-        Table::of("by record", &head, self.bodies.iter().map(row))
+        Table::of_columns("by record", &self.bodies, &columns)
     }
 
     fn band_table(&self) -> Table {
@@ -440,19 +382,18 @@ impl Comparison {
         );
     }
 
-    /// A number of each body where it is known, with its error if it has one.
+    /// A number and its error, NaN for none, of each body where the number is known.
     fn over_bodies(
         &self,
         (name, colour, marker): (&str, usize, Marker),
-        value: impl Fn(&AtBody) -> f64,
-        error: Option<fn(&AtBody) -> f64>,
+        value: fn(&AtBody) -> [f64; 2],
     ) -> Series {
-        let known = || self.bodies.iter().filter(|at| value(at).is_finite());
-        let points = known().map(|at| (at.body as f64, value(at))).collect();
-        Series {
-            errors: error.map_or(Vec::new(), |error| known().map(error).collect()),
-            ..Series::line(name, colour, points).marked(marker)
-        }
+        let points = self.bodies.iter().map(|at| {
+            let [value, error] = value(at);
+            [at.body as f64, value, error]
+        });
+        let known = points.filter(|point| point[1].is_finite());
+        Series::with_errors(name, colour, known).marked(marker)
     }
 
     /// A chart over the bodies, with room at its ends.
@@ -467,7 +408,7 @@ impl Comparison {
 
     fn arrival_chart(&self) -> Chart {
         let circles = ("", BLUE, Marker::Circle);
-        let late = self.over_bodies(circles, AtBody::late, Some(|at| at.arrival_error));
+        let late = self.over_bodies(circles, |at| [at.late(), at.arrival_error]);
         let ordinate = label("run late by", &self.overlay.records.units[0]);
         Chart {
             levels: vec![Level::zero()],
@@ -476,17 +417,12 @@ impl Comparison {
     }
 
     fn peak_chart(&self) -> Chart {
-        let (blue, red) = (
-            ("measured", BLUE, Marker::Circle),
-            ("run", VERMILLION, Marker::Square),
-        );
-        let measured = self.over_bodies(blue, |at| at.peak[0], Some(|at| at.peak_error));
-        let run = self.over_bodies(red, |at| at.peak[1], None);
+        let circles = ("measured", BLUE, Marker::Circle);
+        let measured = self.over_bodies(circles, |at| [at.peak[0], at.peak_error]);
+        let squares = ("run", VERMILLION, Marker::Square);
+        let run = self.over_bodies(squares, |at| [at.peak[1], f64::NAN]);
         let ordinate = label("largest value", &self.overlay.records.units[1]);
-        self.by_body(
-            "largest values",
-            ordinate,
-            vec![measured, run.with(Look::Dashed)],
-        )
+        let series = vec![measured, run.with(Look::Dashed)];
+        self.by_body("largest values", ordinate, series)
     }
 }

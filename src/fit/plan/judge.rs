@@ -43,11 +43,8 @@ impl<'a> Judge<'a> {
             steepness: keys.iter().map(steepness).collect(),
             known: vec![true; keys.len()],
         };
-        judge.known = judge
-            .errors(&total)
-            .iter()
-            .map(|error| error.is_finite())
-            .collect();
+        let errors = judge.errors(&total).into_iter();
+        judge.known = errors.map(f64::is_finite).collect();
         judge
     }
 

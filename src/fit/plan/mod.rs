@@ -15,6 +15,8 @@ mod information;
 mod judge;
 mod sheet;
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use ndarray::Array2;
 
 use super::directions::Direction;
@@ -22,7 +24,7 @@ use super::key::FreeKey;
 use super::model::Model;
 use super::records::{Records, places_in, unit_of};
 use super::solver::Problem;
-use super::{Counted, Instruments, reliable};
+use super::{Instruments, reliable};
 use crate::chain::EndTime;
 use crate::chain::scene::SceneSource;
 use crate::field::Quantity;
@@ -42,6 +44,9 @@ const ENOUGH: f64 = 1.05;
 
 /// Information of scaled unknowns that counts as none.
 const NOTHING: f64 = 1e-9;
+
+/// Samples of a record, at most.
+const MOST_SAMPLES: usize = 1 << 24;
 
 /// Share of a direction that nothing is known of, from which on a value is undetermined.
 const PART: f64 = 1e-3;
@@ -177,7 +182,7 @@ impl PlanRequest {
     /// [`Error::Request`] for keys that cannot be fitted, bodies that the chain has not, more sensors than bodies, noise
     /// in another unit, and chains that amplify rounding from the start; [`Error::Scene`]; [`Error::Cancelled`].
     pub fn run(&self, scene: &SceneSource, observer: &dyn Observer) -> Result<Planned> {
-        let counted = Counted::new(observer);
+        let runs = AtomicU64::new(0);
         let keys = FreeKey::each(&self.free, scene)?;
         self.instruments.check()?;
         let blank = self.records(scene)?;
@@ -187,7 +192,7 @@ impl PlanRequest {
             ..Instruments::default()
         };
         let others = clock.unknowns(&blank);
-        let mut model = Model::of(scene, (&keys, &others), &blank, &counted)?;
+        let mut model = Model::of(scene, (&keys, &others), &blank, (observer, &runs))?;
         let origin = vec![0.0; model.unknowns()];
         let records = Records {
             values: model.records_at(&origin, model.local_error)?,
@@ -198,13 +203,8 @@ impl PlanRequest {
         model.records = &used;
         let columns = model.columns(&origin, &mut Vec::new())?;
         let size = used.size();
-        if size == 0.0 {
-            return Err(Error::request(
-                "quantity",
-                "records of what moves",
-                "zeros alone",
-            ));
-        }
+        let expected = "records of what moves";
+        Error::require(size != 0.0, "quantity", expected, "zeros alone")?;
         let sigma = self.sigma(&records.units[1], size)?;
         let problem = Planning {
             request: self,
@@ -215,7 +215,7 @@ impl PlanRequest {
         };
         Ok(Planned {
             horizon: until,
-            runs: counted.runs(),
+            runs: runs.load(Ordering::Relaxed),
             ..problem.plan(&model)
         })
     }
@@ -237,23 +237,15 @@ impl PlanRequest {
             None => end / (simulation.samples - 1) as f64,
         };
         let samples = (end / step * (1.0 + 1e-12)) as usize + 1;
-        if !(2..=1 << 24).contains(&samples) {
-            let expected = format!("a rate with 2 to {} samples up to {end:e}", 1 << 24);
-            return Err(Error::request("rate", expected, samples.to_string()));
-        }
+        let expected = format!("a rate with 2 to {MOST_SAMPLES} samples up to {end:e}");
+        let is_so = (2..=MOST_SAMPLES).contains(&samples);
+        Error::require(is_so, "rate", expected, samples)?;
         let count = places_in(&setup.simulation.chain, self.quantity);
         let bodies = self.bodies.clone().unwrap_or_else(|| (0..count).collect());
-        if !(1..=bodies.len()).contains(&self.sensors) {
-            let expected = format!(
-                "1 to {}, one for each body that can be measured",
-                bodies.len()
-            );
-            return Err(Error::request(
-                "sensors",
-                expected,
-                self.sensors.to_string(),
-            ));
-        }
+        let most = bodies.len();
+        let expected = format!("1 to {most}, one for each body that can be measured");
+        let is_so = (1..=most).contains(&self.sensors);
+        Error::require(is_so, "sensors", expected, self.sensors)?;
         let records = Records {
             quantity: self.quantity,
             times: (0..samples).map(|i| i as f64 * step).collect(),
@@ -266,22 +258,19 @@ impl PlanRequest {
     }
 
     fn sigma(&self, unit: &str, size: f64) -> Result<f64> {
-        match &self.noise {
-            NoiseLevel::Share(share) => Ok(share * size),
-            NoiseLevel::Value(value, own) if own.is_empty() => Ok(*value),
-            NoiseLevel::Value(value, own) => match super::key::ratio(own, unit) {
-                Some(ratio) if !unit.is_empty() => Ok(value * ratio),
-                _ if own == unit => Ok(*value),
-                _ => {
-                    let unit = if unit.is_empty() {
-                        "no unit, as the scene"
-                    } else {
-                        unit
-                    };
-                    let expected = format!("a value in {unit}, or a share such as 2%");
-                    Err(Error::request("noise", expected, own))
-                }
-            },
+        let (value, own) = match &self.noise {
+            NoiseLevel::Share(share) => return Ok(share * size),
+            NoiseLevel::Value(value, own) => (*value, own),
+        };
+        match super::key::ratio(own, unit) {
+            _ if own.is_empty() || own == unit => Ok(value),
+            Some(ratio) if !unit.is_empty() => Ok(value * ratio),
+            _ => {
+                let unit = Some(unit).filter(|unit| !unit.is_empty());
+                let unit = unit.unwrap_or("no unit, as the scene");
+                let expected = format!("a value in {unit}, or a share such as 2%");
+                Err(Error::request("noise", expected, own))
+            }
         }
     }
 }
@@ -300,13 +289,10 @@ impl Planning<'_> {
     fn rows(&self, body: usize) -> Vec<Vec<f64>> {
         let n = self.records.times.len();
         let part = n * body..n * (body + 1);
-        let columns = self
-            .columns
-            .iter()
-            .map(|column| column[part.clone()].to_vec());
-        columns
-            .chain([self.records.record(body).to_vec()])
-            .collect()
+        let columns = self.columns.iter();
+        let columns = columns.map(|column| column[part.clone()].to_vec());
+        let record = self.records.record(body).to_vec();
+        columns.chain([record]).collect()
     }
 
     fn information(&self, products: &Array2<f64>) -> Array2<f64> {
@@ -347,12 +333,9 @@ impl Planning<'_> {
         let Chosen { bodies, is_exact } = &chosen[self.request.sensors - 1];
         let evenly = even(count, self.request.sensors);
         let errors = |of: &[usize]| judge.errors(&sum(&each, of));
-        let by_number = [
-            chosen.iter().map(|chosen| errors(&chosen.bodies)).collect(),
-            (1..=most)
-                .map(|sensors| errors(&even(count, sensors)))
-                .collect(),
-        ];
+        let best = chosen.iter().map(|chosen| errors(&chosen.bodies));
+        let spaced = (1..=most).map(|sensors| errors(&even(count, sensors)));
+        let by_number = [best.collect(), spaced.collect()];
         // Up to times.
         let stride = n.div_ceil(1000);
         let ends: Vec<usize> = (1..=n).filter(|end| (n - end) % stride == 0).collect();
@@ -361,10 +344,9 @@ impl Planning<'_> {
         let at = enough(&by_time);
         let times: Vec<f64> = ends.iter().map(|end| self.records.times[end - 1]).collect();
         // Up to frequencies, which add up as samples do.
-        let spectra = in_time
-            .iter()
-            .map(|rows| rows.iter().map(|row| cosines(row)).collect());
-        let by_rate = self.growing(&judge, &spectra.collect::<Vec<_>>(), &ends);
+        let spectra = |rows: &Vec<Vec<f64>>| rows.iter().map(|row| cosines(row)).collect();
+        let spectra: Vec<Vec<Vec<f64>>> = in_time.iter().map(spectra).collect();
+        let by_rate = self.growing(&judge, &spectra, &ends);
         let rate = |end: &usize| *end as f64 / (n as f64 * self.records.step());
         let rates: Vec<f64> = ends.iter().map(rate).collect();
         let parts = upto(ends[at]);

@@ -19,33 +19,17 @@ const NAMED_BODIES: usize = 12;
 const END: f64 = 0.95;
 const FAST: f64 = 0.7;
 
-const DEFINITIONS: [[&str; 2]; 4] = [
-    [
-        "error",
-        "Half of the 95 % interval over the value, of a fit without bias at the values of the scene (Cramer and Rao). \
-         Other keys that are free, the clock and gains, if so, are fitted with it.",
-    ],
-    [
-        "duration",
-        "From when on no error is more than 5 % above that of the whole run.",
-    ],
-    [
-        "rate",
-        "Slowest sampling, behind a filter at half of it, at which no error is more than 5 % above that at the rate of the \
-         run: the noise has one density, and faster samples are not better ones.",
-    ],
-    [
-        "information by body",
-        "Share of each body in what all bodies know of a key, if the others were known.",
-    ],
-];
+const DEFINITIONS: &str = "\
+error: Half of the 95 % interval over the value, of a fit without bias at the values of the scene (Cramer and Rao). \
+Other keys that are free, the clock and gains, if so, are fitted with it.
+duration: From when on no error is more than 5 % above that of the whole run.
+rate: Slowest sampling, behind a filter at half of it, at which no error is more than 5 % above that at the rate of \
+the run: the noise has one density, and faster samples are not better ones.
+information by body: Share of each body in what all bodies know of a key, if the others were known.";
 
 impl Describe for Planned {
     fn describe(&self) -> Sheet<'_> {
         let mut sheet = Sheet {
-            name: "plan",
-            version: 1,
-            title: "Planned measurement".into(),
             about: format!(
                 "{} of {} {} for records of {} that determine {}",
                 self.chosen.len(),
@@ -56,8 +40,7 @@ impl Describe for Planned {
             ),
             answer: self.answer(),
             tables: vec![self.table()],
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("plan", "Planned measurement", DEFINITIONS)
         };
         self.facts(&mut sheet);
         self.warnings(&mut sheet);
@@ -118,25 +101,23 @@ impl Planned {
             true => format!("{} not at all", key.name),
             false => format!("{} to {}", key.name, key.shown(key.planned)),
         });
+        let knows = if self.chosen.len() == 1 {
+            "knows"
+        } else {
+            "know"
+        };
         let answer = format!(
             "{} to {} {} {}: evenly spaced {}, all {} {}",
             some_places(self.request.quantity, &self.chosen, NAMED_BODIES),
             self.at(self.duration),
-            if self.chosen.len() == 1 {
-                "knows"
-            } else {
-                "know"
-            },
+            knows,
             listed(&known.collect::<Vec<_>>()),
             of(|key| key.even),
             self.candidates.len(),
             of(|key| key.all)
         );
-        let open = self
-            .undetermined
-            .iter()
-            .take(NAMED)
-            .map(|open| &*open.words);
+        let open = self.undetermined.iter().take(NAMED);
+        let open = open.map(|open| &*open.words);
         let parts: Vec<&str> = [&*answer].into_iter().chain(open).collect();
         parts.join("; ")
     }
@@ -151,23 +132,17 @@ impl Planned {
             true => "of all choices",
             false => "by exchanges",
         };
-        sheet.fact(
-            "choice",
-            format!("{least} {how}; evenly spaced are {evenly}"),
-        );
-        sheet.fact(
-            "duration",
-            format!("{} of {}", self.at(self.duration), self.at(self.end())),
-        );
+        let choice = format!("{least} {how}; evenly spaced are {evenly}");
+        sheet.fact("choice", choice);
+        let [enough, all] = [self.duration, self.end()].map(|time| self.at(time));
+        sheet.fact("duration", format!("{enough} of {all}"));
         let [rate, fastest] =
             [self.rate, self.fastest()].map(|rate| with_unit(rate, &self.per_time()));
         sheet.fact("sampling", format!("{rate} of {fastest}, behind a filter"));
         let noise = with_unit(self.noise, &self.units[1]);
         let share = percent(self.noise_share);
-        sheet.fact(
-            "noise",
-            format!("{noise} a sample at {fastest}, {share} of the records"),
-        );
+        let noise = format!("{noise} a sample at {fastest}, {share} of the records");
+        sheet.fact("noise", noise);
         sheet.detail("runs", self.runs.to_string());
     }
 
@@ -186,10 +161,8 @@ impl Planned {
     fn warnings(&self, sheet: &mut Sheet<'_>) {
         warn_of_horizon(sheet, self.horizon, &self.units[0]);
         if self.horizon.is_none() && self.duration > END * self.end() {
-            sheet.warn(
-                "errors still fall at the end of the run",
-                "a later `end_time` tells more",
-            );
+            let text = "errors still fall at the end of the run";
+            sheet.warn(text, "a later `end_time` tells more");
         }
         if self.rate > FAST * self.fastest() {
             sheet.warn(
@@ -276,11 +249,9 @@ impl Planned {
         lines: Vec<Series>,
         (at, label): (f64, &str),
     ) -> Chart {
-        let label = label.to_owned();
-        let chart = Chart::of(title, x_label, "error (%)", lines);
         Chart {
-            marks: vec![Mark { at, label }],
-            ..chart.logarithmic()
+            marks: vec![Mark::new(at, label)],
+            ..Chart::of(title, x_label, "error (%)", lines).logarithmic()
         }
     }
 
@@ -311,14 +282,11 @@ impl Planned {
     }
 
     fn body_chart(&self) -> Chart {
-        let lines = self
-            .lines(&self.bodies(), &self.information, "")
-            .into_iter();
-        let lines = lines.map(|line| line.marked(Marker::Circle)).collect();
-        let chosen = self.chosen.iter().map(|body| Mark {
-            at: *body as f64,
-            label: body.to_string(),
-        });
+        let lines = self.lines(&self.bodies(), &self.information, "");
+        let lines = lines.into_iter().map(|line| line.marked(Marker::Circle));
+        let lines = lines.collect();
+        let chosen = self.chosen.iter();
+        let chosen = chosen.map(|body| Mark::new(*body as f64, body.to_string()));
         let place = place(self.request.quantity);
         Chart {
             marks: chosen.collect(),

@@ -21,27 +21,22 @@ impl Describe for Journey {
     fn describe(&self) -> Sheet<'_> {
         let (name, ratio) = (self.ratio.name(), self.ratio.value());
         let (cells, leak) = (self.arrived.cells, error_size(self.arrived.leak));
+        let travels = format!("the wave travels {cells} cells at ratio {}", number(ratio));
+        let title = format!("Launched wave of order {}", self.order);
         let mut sheet = Sheet {
-            name: "launch",
-            version: 1,
-            title: format!("Launched wave of order {}", self.order),
             about: format!("A chain of {name} {ratio} that starts with the wave"),
-            answer: format!(
-                "the wave travels {cells} cells at ratio {} and sheds {leak} of its energy a cell",
-                number(ratio)
-            ),
+            answer: format!("{travels} and sheds {leak} of its energy a cell"),
             definitions: vec![LOCALIZED],
-            ..Sheet::default()
+            ..Sheet::of("launch", &title, "")
         };
         sheet.fact("ratio", ratio.to_string());
-        let text = format!(
-            "{} of the largest velocity; runs of local errors {} and {} differ by {}",
-            error_size(self.arrived.shape_change),
-            error_size(self.local_error),
-            error_size(10.0 * self.local_error),
-            error_size(self.stepping_error)
+        let [fine, coarse] = [1.0, 10.0].map(|factor| error_size(factor * self.local_error));
+        let [change, off] = [self.arrived.shape_change, self.stepping_error].map(error_size);
+        let runs = format!("runs of local errors {fine} and {coarse} differ by {off}");
+        sheet.fact(
+            "shape change",
+            format!("{change} of the largest velocity; {runs}"),
         );
-        sheet.fact("shape change", text);
         sheet.fact("energy drift", error_size(self.arrived.energy_drift));
         sheet.numbers(json!({ "launch": self }));
         let dimensions = [("end", 2), ("site", self.velocity[0].len())];

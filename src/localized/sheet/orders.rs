@@ -13,6 +13,10 @@ use crate::sheet::{
 const SHOWN: usize = 4;
 /// Samples on each side of the centre of a wave that is drawn.
 const HALF: usize = 400;
+const ESTIMATE: [&str; 2] = [
+    "estimate",
+    "Asymptotic: a fast oscillation driven by the slow wave, exact or fitted.",
+];
 /// Cells on each side of the centre that are drawn.
 const REACH: f64 = 2.5;
 
@@ -26,26 +30,14 @@ pub struct Orders {
 impl Describe for Orders {
     fn describe(&self) -> Sheet<'_> {
         let family = self.comparison.family;
+        let (of, exponent) = (name_of(&family.alternation), family.exponent);
         let mut sheet = Sheet {
-            name: "localize",
             version: 2,
-            title: "Localized waves".into(),
-            about: format!(
-                "Dimers whose {} alternates, contact law of exponent {}",
-                name_of(&family.alternation),
-                family.exponent
-            ),
+            about: format!("Dimers whose {of} alternates, contact law of exponent {exponent}"),
             answer: self.answer(),
             records: self.records(),
-            definitions: vec![
-                LOCALIZED,
-                TIME,
-                [
-                    "estimate",
-                    "Asymptotic: a fast oscillation driven by the slow wave, exact or fitted.",
-                ],
-            ],
-            ..Sheet::default()
+            definitions: vec![LOCALIZED, TIME, ESTIMATE],
+            ..Sheet::of("localize", "Localized waves", "")
         };
         let short = Table::of_columns("Orders", &self.rows, &SHORT).printed();
         let leaks = Table::of_columns("Energy that pulses lose", &self.leaks(), &LEAKS).printed();
@@ -125,9 +117,8 @@ impl Orders {
             1 => format!("a localized wave at {of} ratio {ratios}"),
             _ => format!("localized waves at {of} ratios {ratios}"),
         };
-        let degrees: Vec<f64> = resolved()
-            .filter_map(|row| Some(row.angle?.degrees))
-            .collect();
+        let degrees = resolved().filter_map(|row| Some(row.angle?.degrees));
+        let degrees: Vec<f64> = degrees.collect();
         if !degrees.is_empty() {
             answer += &format!(", cylinders crossed at {} degrees", first(degrees));
         }
@@ -172,10 +163,8 @@ impl Orders {
             Chart::of(title, "time (cells)", "force / largest", series.collect())
         };
         let contacts = names.into_iter().enumerate();
-        contacts
-            .filter(|_| !profiles.is_empty())
-            .map(chart)
-            .collect()
+        let contacts = contacts.filter(|_| !profiles.is_empty());
+        contacts.map(chart).collect()
     }
 
     /// One row for each order, with all digits; unknown values are empty.
@@ -184,8 +173,9 @@ impl Orders {
             Alternation::Stiffness => "kappa",
             Alternation::Mass => "mass_ratio",
         };
-        let places = RECORDS.map(|(name, place)| (name, place.replace("RATIO", ratio)));
-        let places = places.each_ref().map(|(name, place)| (*name, &**place));
+        let places = RECORDS.replace("RATIO", ratio);
+        let places = places.lines().filter_map(|line| line.split_once(": "));
+        let places: Vec<(&str, &str)> = places.collect();
         Table::of_places(&places, self.rows.iter().map(|row| json!(row)))
     }
 }
@@ -247,49 +237,39 @@ const LEAKS: [Column<(String, Direct)>; 4] = [
 ];
 
 /// The numbers of `table.csv`: their names, and where they are in the JSON of an order.
-const RECORDS: [(&str, &str); 35] = [
-    ("order", "/order"),
-    ("ratio", "/exact/RATIO"),
-    ("error", "/exact/error"),
-    ("digits", "/exact/digits"),
-    ("residual", "/exact/residual"),
-    ("iterations", "/exact/iterations"),
-    ("tail", "/exact/tail"),
-    ("points", "/exact/points"),
-    ("period", "/exact/period"),
-    ("speed_coefficient", "/exact/speed_coefficient"),
-    ("width", "/exact/width"),
-    ("energy", "/exact/energy"),
-    ("momentum", "/exact/momentum"),
-    ("angle", "/angle/degrees"),
-    ("exact_profile", "/asymptotic/exact_profile"),
-    ("fitted_profile", "/asymptotic/fitted_profile"),
-    ("direct", "/direct/RATIO"),
-    ("direct_error", "/direct/error"),
-    ("direct_leak", "/direct/leak"),
-    ("direct_angle", "/direct/angle/degrees"),
-    ("direct_angle_error", "/direct/angle/degrees_error"),
-    ("most_dispersive", "/most_dispersive/RATIO"),
-    ("most_dispersive_error", "/most_dispersive/error"),
-    ("most_dispersive_leak", "/most_dispersive/leak"),
-    ("most_dispersive_angle", "/most_dispersive/angle/degrees"),
-    (
-        "most_dispersive_angle_error",
-        "/most_dispersive/angle/degrees_error",
-    ),
-    ("printed_order", "/published/printed_order"),
-    ("published_direct", "/published/direct"),
-    ("published_estimate", "/published/estimate"),
-    ("exact_profile_difference", "/differences/exact_profile"),
-    ("fitted_profile_difference", "/differences/fitted_profile"),
-    ("direct_difference", "/differences/direct"),
-    (
-        "published_direct_difference",
-        "/differences/published_direct",
-    ),
-    (
-        "published_estimate_difference",
-        "/differences/published_estimate",
-    ),
-    ("reason", "/reason"),
-];
+const RECORDS: &str = "\
+order: /order
+ratio: /exact/RATIO
+error: /exact/error
+digits: /exact/digits
+residual: /exact/residual
+iterations: /exact/iterations
+tail: /exact/tail
+points: /exact/points
+period: /exact/period
+speed_coefficient: /exact/speed_coefficient
+width: /exact/width
+energy: /exact/energy
+momentum: /exact/momentum
+angle: /angle/degrees
+exact_profile: /asymptotic/exact_profile
+fitted_profile: /asymptotic/fitted_profile
+direct: /direct/RATIO
+direct_error: /direct/error
+direct_leak: /direct/leak
+direct_angle: /direct/angle/degrees
+direct_angle_error: /direct/angle/degrees_error
+most_dispersive: /most_dispersive/RATIO
+most_dispersive_error: /most_dispersive/error
+most_dispersive_leak: /most_dispersive/leak
+most_dispersive_angle: /most_dispersive/angle/degrees
+most_dispersive_angle_error: /most_dispersive/angle/degrees_error
+printed_order: /published/printed_order
+published_direct: /published/direct
+published_estimate: /published/estimate
+exact_profile_difference: /differences/exact_profile
+fitted_profile_difference: /differences/fitted_profile
+direct_difference: /differences/direct
+published_direct_difference: /differences/published_direct
+published_estimate_difference: /differences/published_estimate
+reason: /reason";

@@ -34,38 +34,35 @@ impl Describe for Profile {
         let (exact, exponent) = (Exact::of(wave), wave.exponent);
         let (name, ratio) = (exact.ratio.name(), wave.ratio);
         let width = format!("{} sites", number(exact.width));
+        let of = name_of(&wave.alternation);
+        let title = format!("Localized wave of order {}", wave.order);
         let mut sheet = Sheet {
-            name: "wave",
-            version: 1,
-            title: format!("Localized wave of order {}", wave.order),
-            about: format!(
-                "A dimer whose {} alternates, exponent {exponent}",
-                name_of(&wave.alternation)
-            ),
+            about: format!("A dimer whose {of} alternates, exponent {exponent}"),
             answer: format!("a localized wave at {name} {}, {width} wide", number(ratio)),
             definitions: vec![LOCALIZED, TIME, PSI],
-            ..Sheet::default()
+            ..Sheet::of("wave", &title, "")
         };
         let error = error_size(exact.error);
         sheet.fact("ratio", format!("{ratio:.DIGITS$}, error {error} of it"));
-        let (speed, power) = (
-            number(exact.speed_coefficient),
-            0.5 * (exponent - 1.0) / exponent,
+        let power = 0.5 * (exponent - 1.0) / exponent;
+        let speed = format!(
+            "{} F^{power:.4} sites per unit of time",
+            number(exact.speed_coefficient)
         );
-        let text = format!(
-            "{speed} F^{power:.4} sites per unit of time, F the peak force in the first contact"
+        sheet.fact(
+            "speed",
+            format!("{speed}, F the peak force in the first contact"),
         );
-        sheet.fact("speed", text);
         sheet.fact("width", width);
         sheet.fact("energy", number(exact.energy));
         sheet.fact("momentum", number(exact.momentum));
+        let found = exact.convergence;
+        let [residual, tail] = [found.residual, found.tail].map(error_size);
         let text = format!(
-            "{} of the largest overlap, after {} iterations; tail {}",
-            error_size(exact.convergence.residual),
-            exact.convergence.iterations,
-            error_size(exact.convergence.tail)
+            "{residual} of the largest overlap, after {} iterations",
+            found.iterations
         );
-        sheet.detail("residual", text);
+        sheet.detail("residual", format!("{text}; tail {tail}"));
         sheet.numbers(json!({
             "family": { "alternation": wave.alternation, "exponent": exponent },
             "order": wave.order,
