@@ -12,8 +12,6 @@ __all__ = [
     "Samples",
     "analyze",
     "budget",
-    "c2c",
-    "c2r",
     "combine",
     "compare",
     "filter",
@@ -26,8 +24,8 @@ __all__ = [
     "partial",
     "planned",
     "program",
-    "r2c",
     "report",
+    "rfft",
     "scene_keys",
     "simulate",
     "sweep",
@@ -127,10 +125,6 @@ def compare(
     first: Run | _Source, second: Run | _Source, words: list[str], progress: _Progress = None
 ) -> tuple[str, Page]: ...
 def sweep(text: str | None, words: list[str], progress: _Progress = None) -> tuple[str, Page]: ...
-def r2c(a: _Array, axis: int, norm: int, workers: int) -> npt.NDArray[np.complexfloating]: ...
-def c2r(a: _Array, n: int, axis: int, norm: int, workers: int) -> npt.NDArray[np.floating]: ...
-def c2c(
-    a: _Array, is_forward: bool, axis: int, norm: int, workers: int
-) -> npt.NDArray[np.complexfloating]: ...
+def rfft(a: _Array, axis: int, workers: int) -> npt.NDArray[np.complexfloating]: ...
 def program(words: Sequence[str | os.PathLike[str]]) -> int: ...
 def scene_keys() -> list[str]: ...
