@@ -23,7 +23,7 @@ mod _native {
     #[pymodule_export]
     use super::analysis::{analyze, filter, inspected, open, planned};
     #[pymodule_export]
-    use super::chains::{Run, budget, compare, simulate, sweep};
+    use super::chains::{Run, simulate, sweep};
     #[pymodule_export]
     use super::fft::rfft;
     #[pymodule_export]

@@ -11,9 +11,7 @@ __all__ = [
     "Run",
     "Samples",
     "analyze",
-    "budget",
     "combine",
-    "compare",
     "filter",
     "found",
     "inspected",
@@ -101,7 +99,7 @@ def found(
     progress: _Progress = None,
     sources: Sequence[_Source] = ...,
     scene: str | None = None,
-    run: Run | None = None,
+    runs: Sequence[Run | None] = ...,
 ) -> dict[str, Any]: ...
 def partial(
     sources: Sequence[_Source],
@@ -117,13 +115,7 @@ def outline(
     source: _Source, words: list[str], times: int
 ) -> tuple[dict[str, Any], tuple[int, int, int]]: ...
 def simulate(text: str | None, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
-def budget(
-    moved: Run | _Source, scene_text: str | None, words: list[str], progress: _Progress = None
-) -> dict[str, Any]: ...
 def is_run_file(path: str) -> bool: ...
-def compare(
-    first: Run | _Source, second: Run | _Source, words: list[str], progress: _Progress = None
-) -> tuple[str, Page]: ...
 def sweep(text: str | None, words: list[str], progress: _Progress = None) -> tuple[str, Page]: ...
 def rfft(a: _Array, axis: int, workers: int) -> npt.NDArray[np.complexfloating]: ...
 def program(words: Sequence[str | os.PathLike[str]]) -> int: ...

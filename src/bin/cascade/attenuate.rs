@@ -16,7 +16,7 @@ use wavecascade::{Error, Field};
 use crate::analyze::print_notes;
 use crate::args::choice;
 use crate::chain_args::How;
-use crate::described::{Described, Describing, Found, Given, stem_of, subject_of};
+use crate::described::{About, Described, Describing, Found, Given, stem_of, subject_of};
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::parse;
@@ -231,12 +231,8 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
 }
 
 impl Describing for Attenuate {
-    fn name(&self) -> &'static str {
-        "attenuate"
-    }
-
-    fn how(&self) -> &How {
-        &self.how
+    fn about(&self) -> About<'_> {
+        About::of("attenuate", &self.how, &self.scenes, "toml")
     }
 
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {

@@ -3,16 +3,7 @@
 //! Layout: NetCDF User's Guide, "File Format Specifications" (CDF-2, CDF-5). All numbers are big-endian.
 
 use crate::arrays::Precision;
-
-/// A value beside a file or a variable.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Attribute {
-    Text(String),
-    Number(f64),
-    /// In single precision, which a fill value of such an array has to be.
-    Single(f32),
-    Integer(i32),
-}
+use crate::report::Attribute;
 
 /// What the header says.
 #[derive(Debug, Default)]

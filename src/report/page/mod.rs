@@ -10,7 +10,6 @@ use maud::{DOCTYPE, Markup, PreEscaped, Render, html as markup};
 use serde::Serialize;
 
 use crate::plot::{self, ColorScale, Colormap, Depth, Style};
-use crate::unit::scientific;
 pub(super) use curves::CurveGroup;
 pub(super) use map::MapData;
 use map::page_opens;
@@ -388,19 +387,5 @@ pub(super) fn prose(text: &str) -> Markup {
         @for (index, part) in text.split('`').enumerate() {
             @if index % 2 == 1 { code { (part) } } @else { (part) }
         }
-    }
-}
-
-/// Up to five significant digits, as they are printed; `undefined` for what is not finite.
-pub(super) fn number(value: f64) -> String {
-    let size = value.abs();
-    match value {
-        _ if !value.is_finite() => "undefined".into(),
-        0.0 => "0".into(),
-        _ if (1e-3..1e6).contains(&size) => {
-            let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
-            rounded.to_string().replace('-', "−")
-        }
-        _ => scientific(value, 3).replace('-', "−"),
     }
 }
