@@ -80,7 +80,7 @@ pub struct Made {
     records: Option<String>,
     summary: String,
     /// Of the fields as they were read.
-    doubts: Vec<(String, String)>,
+    doubts: Vec<Warning>,
     warnings: Vec<Warning>,
     page: Page,
 }
@@ -119,12 +119,10 @@ impl Made {
         let out = self.arrays.into_python(py)?;
         out.set_item("csv", self.records)?;
         out.set_item("summary", self.summary)?;
-        let of_fields = self.doubts.iter();
-        let of_fields = of_fields.map(|(text, help)| ("field", text, help));
-        let own = self.warnings.iter();
-        let own = own.map(|warning| (self.command, &warning.message, &warning.advice));
+        let of_fields = self.doubts.iter().map(|doubt| ("field", doubt));
+        let own = self.warnings.iter().map(|warning| (self.command, warning));
         let all = of_fields.chain(own);
-        let all = all.map(|(of, text, help)| (of, keywords(text), keywords(help)));
+        let all = all.map(|(of, one)| (of, keywords(&one.message), keywords(&one.advice)));
         out.set_item("warnings", PyList::new(py, all.collect::<Vec<_>>())?)?;
         out.set_item("page", Bound::new(py, self.page)?)?;
         Ok(out)
@@ -169,11 +167,8 @@ fn made(
         None => Vec::new(),
     };
     let doubts = fields.iter().flat_map(|field: &Field| &field.notes);
-    let doubts = doubts.filter(|note| note.is_doubtful).map(|note| {
-        let advice = note.advice.unwrap_or_default();
-        (note.text.clone(), advice.to_owned())
-    });
-    let doubts = doubts.collect();
+    let doubts = doubts.filter(|note| note.is_doubtful);
+    let doubts = doubts.map(Warning::from).collect();
     let opened: Vec<&Field> = fields.iter().collect();
     let arrays = Kept::new(Precision::F64);
     let words = given.words.clone();

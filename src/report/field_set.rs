@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::directory::{holds_result, names as names_in, read_text};
+use super::new_file::is_there;
 use super::{Headlines, MovedShares, write_beside};
 use crate::error::{Error, Result};
 use crate::sheet::{Cell, Table, number, with_unit};
@@ -182,10 +183,8 @@ fn earlier(path: &Path) -> Result<Option<Vec<FieldRow>>> {
         path: path.to_owned(),
         found,
     };
-    match fs::symlink_metadata(path) {
-        Err(_) => return Ok(None),
-        Ok(found) if found.is_dir() => (),
-        Ok(_) => return Err(occupied("is there and is no directory".into())),
+    if !is_there(path, true)? {
+        return Ok(None);
     }
     let names = names_in(path)?;
     if names.is_empty() {

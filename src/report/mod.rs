@@ -40,7 +40,7 @@ pub use pages::{fields_html, sheet_html};
 pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
 pub use provenance::Provenance;
 pub use run_file::{RUN_SCHEMA, RunFile, RunParts};
-pub use scan_records::records_csv;
+pub use scan_records::{records_json, records_table};
 pub use snippet::{
     analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
     transmission_snippet,

@@ -5,8 +5,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use clap::ValueEnum;
-
 use wavecascade::analyze::{
     Analysis, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
@@ -14,7 +12,7 @@ use wavecascade::budget::answer_of_run;
 use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
 use wavecascade::report::{
     ArrayFormat, Provenance, ResultDirectory, RunFile, analysis_snippet, label_analysis,
-    records_csv, write_beside,
+    records_table, write_beside,
 };
 use wavecascade::sheet::{Describe, Sheet};
 use wavecascade::{Error, Field};
@@ -57,7 +55,6 @@ pub struct Finished {
 /// Runs the command on one field.
 pub fn run(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
     let field = files[0].as_path();
-    check_names(files)?;
     if typed.work.plan {
         return print_plan(typed, files);
     }
@@ -169,6 +166,8 @@ impl Task<'_> {
         progress.check()?;
         // All that reads or hashes the file has done so.
         opened.as_ref().map_or(Ok(()), FileState::check)?;
+        let records = records.map(|records| records_table(&records).to_csv());
+        let records = records.transpose().map_err(std::io::Error::other)?;
         let described = Described {
             found: &analysis,
             sheet: &sheet,
@@ -178,8 +177,8 @@ impl Task<'_> {
         let json = described.json()?;
         let place = (directory, "analyze");
         let main = described.publish(place, Some(spectra), &drawing, progress, &|directory| {
-            if let Some(records) = &records {
-                write_beside(directory, "records.csv", records_csv(records).as_bytes())?;
+            if let Some(csv) = &records {
+                write_beside(directory, "records.csv", csv.as_bytes())?;
             }
             let script = analysis_snippet(&analysis, format);
             write_beside(directory, "plot.py", script.as_bytes()).map(|_| ())
@@ -231,22 +230,6 @@ fn tell(
     }
     summary.last(&last);
     Ok(summary.print(typed.output.detail.verbose)?)
-}
-
-/// That no result's name stands where fields do.
-pub fn check_names(files: &[PathBuf]) -> Result<(), Error> {
-    let is_result = |path: &&PathBuf| {
-        let named = |name: &str| ResultArg::from_str(name, false).is_ok();
-        path.to_str().is_some_and(named) && path.symlink_metadata().is_err()
-    };
-    match files.iter().find(is_result) {
-        None => Ok(()),
-        Some(path) => Err(Error::request(
-            "only",
-            "names of results joined by commas, such as `--only temporal,spatial`",
-            format!("`{}` among the fields", path.display()),
-        )),
-    }
 }
 
 /// Prints what would be computed of a field.

@@ -148,6 +148,8 @@ pub struct About<'a> {
     pub colors: Option<&'a ColorArgs>,
     /// Format of the file of arrays, where large ones come in blocks.
     pub format: Option<ArrayFormat>,
+    /// Whether its directory keeps the runs that the result is made of, so that it is named and may be there.
+    pub is_journal: bool,
     /// Name of the file of arrays and of the figure, where it is not that of the result.
     pub arrays: Option<&'static str>,
 }
@@ -168,6 +170,7 @@ impl About<'_> {
             reading: None,
             colors: None,
             format: None,
+            is_journal: false,
             arrays: None,
         }
     }
@@ -238,7 +241,11 @@ pub fn run(command: &dyn Describing, result: &ResultArgs) -> Result<(), Failure>
     let files = expanded(&about.files)?;
     let ending = format!("-{}", about.name);
     let default = || Some(named_after(files.first()?, about.usual, &ending));
-    let out = result.out.clone().or_else(default);
+    let journal = result.out.as_deref().filter(|_| about.is_journal);
+    let out = match about.is_journal {
+        true => None,
+        false => result.out.clone().or_else(default),
+    };
     let begun = || {
         let directory = out
             .as_ref()
@@ -302,7 +309,8 @@ pub fn run(command: &dyn Describing, result: &ResultArgs) -> Result<(), Failure>
         let place = (directory, about.arrays.unwrap_or(sheet.name));
         described.publish(place, arrays, &drawing, &progress, &*found.beside)
     });
-    let main = main.transpose()?;
+    let kept = journal.map(|out| described.keep(out, &drawing, &*found.beside));
+    let main = main.or(kept).transpose()?;
     progress.clear();
     described.tell(&subject, how, main.as_deref())?;
     if let Some(main) = &main {
@@ -391,8 +399,14 @@ impl Described<'_> {
 
     /// The same in the directory of a journal, which keeps the runs that the result is made of, each file whole: rows
     /// are in `curves.csv`, the figure beside it.
-    pub fn keep(&self, out: &Path, drawing: &Drawing) -> Result<PathBuf, Failure> {
+    fn keep(
+        &self,
+        out: &Path,
+        drawing: &Drawing,
+        beside: &dyn Fn(&Path) -> Result<(), Error>,
+    ) -> Result<PathBuf, Failure> {
         let sheet = self.sheet;
+        beside(out)?;
         let summary = write_beside(out, "summary.json", self.json()?.as_bytes())?;
         let csv = sheet.records.to_csv().map_err(std::io::Error::other)?;
         write_beside(out, "curves.csv", csv.as_bytes())?;

@@ -48,7 +48,6 @@ pub fn expanded(typed: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
 
 /// Runs the command on several fields.
 pub fn run(typed: &Analyze, fields: &[PathBuf]) -> Result<(), Failure> {
-    crate::analyze::check_names(fields)?;
     if typed.work.plan {
         return plans(typed, fields);
     }

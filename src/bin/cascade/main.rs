@@ -95,7 +95,7 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),
-        Command::Attenuate(typed) => attenuate::run(*typed),
+        Command::Attenuate(typed) => attenuate::run(&typed),
         Command::Localize(typed) => localize::run(*typed),
         Command::Triads(typed) => described::run(&*typed, &typed.result),
         Command::Plan(typed) => described::run(&*typed, &typed.result),

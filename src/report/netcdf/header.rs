@@ -177,7 +177,6 @@ mod tests {
     fn long_arrays_have_long_lengths() {
         let header = |len: u64, size: u64| Header {
             dimensions: vec![("x".into(), len)],
-            attributes: Vec::new(),
             variables: vec![Variable {
                 name: "v".into(),
                 dimensions: vec![0],
@@ -186,6 +185,7 @@ mod tests {
                 begin: 0,
                 size,
             }],
+            ..Header::default()
         };
         for (len, size, version) in [
             (1 << 30, 0xffff_fffc, 2),

@@ -14,6 +14,7 @@ pub fn fields_html(rows: &[FieldRow]) -> String {
         FieldOutcome::Failed(why) => Some(vec![row.field.as_str().render(), page::prose(why)]),
     });
     let failed: Vec<Vec<Markup>> = failed.collect();
+    let head = ["field", "reason"].map(str::to_owned);
     let (fields, verdicts) = verdicts_in_words(rows);
     let page = Page {
         title: "Fields".into(),
@@ -24,7 +25,7 @@ pub fn fields_html(rows: &[FieldRow]) -> String {
         rest: page::numbers(markup! {
             @for one in fields_tables(rows) { (table(&one, rows)) }
             @if !failed.is_empty() {
-                (page::grid("Fields without a result", &["field", "reason"], &failed))
+                (page::table("Fields without a result", &head, &failed))
             }
         }),
         style: Style::default(),
@@ -46,9 +47,8 @@ fn table(table: &Table, rows: &[FieldRow]) -> Markup {
         }
         cells
     };
-    let head: Vec<&str> = table.head.iter().map(String::as_str).collect();
     let rows: Vec<Vec<Markup>> = table.rows.iter().map(linked).collect();
-    page::grid(&table.title, &head, &rows)
+    page::table(&table.title, &table.head, &rows)
 }
 
 /// A relative path as a link.
