@@ -7,7 +7,7 @@ use wavecascade::analyze::{Request, plan, run};
 use wavecascade::arrays::Precision;
 use wavecascade::field::OpenOptions;
 use wavecascade::observer::Observer;
-use wavecascade::report::Archive;
+use wavecascade::report::{Archive, ArrayFile};
 use wavecascade::sheet::Describe;
 
 /// Counts what is done; a program would draw it.

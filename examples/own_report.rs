@@ -7,7 +7,7 @@ use wavecascade::analyze::{Request, plan, run};
 use wavecascade::field::OpenOptions;
 use wavecascade::observer::Silent;
 use wavecascade::plot::{Format, Style, figures_of, save_all};
-use wavecascade::report::{Archive, Provenance, ResultDirectory, sheet_html};
+use wavecascade::report::{Archive, ArrayFile, Provenance, ResultDirectory, sheet_html};
 use wavecascade::sheet::Describe;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

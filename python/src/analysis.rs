@@ -11,7 +11,7 @@ use wavecascade::chain::scene::{SceneSource, Setup};
 use wavecascade::field::{Axis, is_run_file};
 use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
-use wavecascade::report::{Provenance, describe_analysis, sheet_html};
+use wavecascade::report::{Provenance, label_analysis, sheet_html};
 use wavecascade::sheet::{Describe, Warning};
 use wavecascade::{Error, Field};
 use wavecascade_system::threads::in_pool;
@@ -94,8 +94,10 @@ pub fn analyze<'py>(
             ..Provenance::new(provenance(&words), input, hash)
         };
         analysis.describe().write_to(&kept)?;
-        let sheet = analysis.words();
-        describe_analysis(&analysis, &sheet.summary_value(&provenance), &kept);
+        let mut sheet = analysis.words();
+        label_analysis(&analysis, &mut sheet);
+        sheet.write_to(&kept)?;
+        sheet.describe_file(&sheet.summary_value(&provenance), &kept);
         Ok((analysis, kept, sheet, provenance))
     };
     let done = watch::run(py, progress.as_ref(), work)?;

@@ -1,34 +1,30 @@
-//! Chains: runs, budgets, sweeps, localized waves, attenuation.
+//! Chains: runs and sweeps.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde_json::{Value, json};
+use wavecascade::Result;
 use wavecascade::arrays::Precision;
-use wavecascade::budget::Motion;
 use wavecascade::chain::scene::{SceneSource, Setting};
 use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
-use wavecascade::report::{Provenance, RunFile, RunParts, sheet_html, write_budget_arrays};
+use wavecascade::report::{Provenance, RunFile, RunParts, sheet_html};
 use wavecascade::sheet::Describe;
 use wavecascade::sweep::{Outcome, Part, Sweep, Swept, read};
-use wavecascade::{Error, Result};
 
 use super::analysis::on_threads;
 use super::faults::{self, From, keywords};
 use super::kept::Kept;
 use super::page::Page;
-use super::samples::Source;
 use super::typed::{provenance, typed};
 use super::watch;
-use crate::compare::Compared;
-use crate::failure::Failure;
+use crate::advice;
 use crate::scene::source_of;
-use crate::{advice, measured};
 
 /// A run with its scene.
 #[pyclass(frozen, module = "wavecascade._native")]
@@ -110,85 +106,6 @@ pub fn simulate<'py>(
     Ok(out)
 }
 
-/// What a budget is computed of.
-#[derive(FromPyObject)]
-pub enum Moved<'py> {
-    Run(PyRef<'py, Run>),
-    Field(Source<'py>),
-}
-
-/// `cascade budget`: of a run, of a run file, or of a measured field with the chain of a scene.
-#[pyfunction]
-#[pyo3(signature = (moved, scene_text, words, progress=None))]
-pub fn budget<'py>(
-    py: Python<'py>,
-    moved: Moved,
-    scene_text: Option<String>,
-    words: Vec<String>,
-    progress: Option<Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let typed = typed!(&words, Budget);
-    let (run, source, from) = match &moved {
-        Moved::Run(run) => (Some(Arc::clone(&run.0)), None, From::Memory),
-        Moved::Field(source) => (None, Some(source.opener()), source.from()),
-    };
-    let scene_path = typed.measured.scene.as_deref();
-    let is_measured = scene_text.is_some() || scene_path.is_some();
-    let threads = typed.result.how.threads;
-    let work = |observer: &dyn Observer| -> std::result::Result<_, Failure> {
-        let kept = Kept::new(Precision::F64);
-        let path = source.as_ref().and_then(|source| source.path());
-        let name = path.clone().unwrap_or_else(|| PathBuf::from("field"));
-        let input = path.as_ref().map(|path| path.display().to_string());
-        let provenance = Provenance::new(provenance(&words), input, None);
-        let (found, report) = match (run, source) {
-            (None, Some(source)) if is_measured => {
-                let setup = scene(scene_text, scene_path, &[])?.setup()?;
-                let field = source.open(&typed.measured.input, None, None)?;
-                let read = measured::of_field(field, &name, &setup, &typed.measured, &typed.views);
-                let read = read.map_err(|error| error.of_file(&name))?;
-                let found = on_threads(threads, || read.budget(&kept, observer))?;
-                (found, Some(read.motion.report))
-            }
-            (run, _) => {
-                let file = match (run, &path) {
-                    (Some(run), _) => run,
-                    (None, Some(path)) => Arc::new(RunFile::read(path)?),
-                    (None, None) => {
-                        let expected = "the chain that a measured field is a record of";
-                        return Err(Error::request("scene", expected, "none").into());
-                    }
-                };
-                let motion = Motion::of(&file.run)?;
-                let request = typed.views.request(&file.setup)?;
-                let found = on_threads(threads, || {
-                    wavecascade::budget::run(&motion, &request, &kept, observer)
-                })?;
-                (found, None)
-            }
-        };
-        write_budget_arrays(&found, &kept)?;
-        let sheet = found.describe(report.as_ref());
-        let summary = sheet.summary(&provenance)?;
-        let warnings = sheet.warnings.clone();
-        let name = name.file_stem().unwrap_or_default();
-        let name = name.to_string_lossy().into_owned();
-        let page =
-            Page::new(move || sheet_html(&found, &sheet, &name, &provenance, &Style::screen()));
-        Ok((kept, summary, warnings, page))
-    };
-    let done = watch::run(py, progress.as_ref(), work)?;
-    let (kept, summary, warnings, page) =
-        done.map_err(|error| faults::of_failure(py, error, from))?;
-    let out = kept.into_python(py)?;
-    out.set_item("summary", summary)?;
-    let warnings = warnings.iter();
-    let warnings = warnings.map(|w| ("budget", keywords(&w.message), keywords(&w.advice)));
-    out.set_item("warnings", PyList::new(py, warnings)?)?;
-    out.set_item("page", Bound::new(py, page)?)?;
-    Ok(out)
-}
-
 /// `cascade sweep`: names of the columns, and rows in JSON. With a directory, it resumes there.
 #[pyfunction]
 #[pyo3(signature = (text, words, progress=None))]
@@ -241,42 +158,4 @@ pub fn sweep(
         sheet_html(&swept, &swept.describe(), "sweep", &provenance, &style)
     });
     Ok((table.to_string(), page))
-}
-
-/// `cascade compare`: the budgets of two runs, and how they differ, in JSON; with its page.
-#[pyfunction]
-#[pyo3(signature = (first, second, words, progress=None))]
-pub fn compare(
-    py: Python<'_>,
-    first: Moved,
-    second: Moved,
-    words: Vec<String>,
-    progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<(String, Page)> {
-    let typed = typed!(&words, Compare);
-    let paths = [typed.first.clone(), typed.second.clone()];
-    let held = [&first, &second].map(|moved| match moved {
-        Moved::Run(run) => Some(Arc::clone(&run.0)),
-        Moved::Field(_) => None,
-    });
-    let threads = typed.result.how.threads;
-    let work = |observer: &dyn Observer| -> std::result::Result<_, Failure> {
-        typed.refuse_options_of_fields(&words)?;
-        let mut files = Vec::new();
-        for (path, held) in paths.iter().zip(held) {
-            files.push(match held {
-                Some(run) => run,
-                None => Arc::new(RunFile::read(path)?),
-            });
-        }
-        let files = [&*files[0], &*files[1]];
-        on_threads(threads, || {
-            let words = provenance(&words);
-            Ok(Compared::of(typed.views, files, &paths, &words, observer))
-        })?
-    };
-    let done = watch::run(py, progress.as_ref(), work)?;
-    let found = done.map_err(|error| faults::of_failure(py, error, From::Files))?;
-    let summary = found.json().map_err(value_error)?;
-    Ok((summary, Page::new(move || found.page(&Style::screen()))))
 }

@@ -2,12 +2,11 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use ndarray::ArrayView2;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use wavecascade::arrays::{LargeArray, Precision, Sink};
-use wavecascade::report::{ArrayLabels, Attribute, LabelledArrays};
+use wavecascade::arrays::Precision;
+use wavecascade::report::{ArrayFile, ArrayLabels, Attribute};
 use wavecascade::{Error, Result};
 
 /// All arrays of a result.
@@ -26,12 +25,10 @@ struct State {
 #[derive(Debug)]
 struct KeptArray {
     name: String,
-    /// Empty where they are not known.
     axes: Vec<String>,
     shape: Vec<usize>,
     numbers: Numbers,
-    attributes: Vec<(String, Attribute)>,
-    array: Option<LargeArray>,
+    attributes: Vec<(&'static str, Attribute)>,
 }
 
 #[derive(Debug)]
@@ -50,21 +47,6 @@ impl Kept {
 
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn add(&self, name: &str, axes: Vec<String>, shape: &[usize], values: &[f64]) {
-        let numbers = match self.precision {
-            Precision::F64 => Numbers::F64(values.to_vec()),
-            Precision::F32 => Numbers::F32(values.iter().map(|&x| x as f32).collect()),
-        };
-        self.lock().arrays.push(KeptArray {
-            name: name.to_owned(),
-            axes,
-            shape: shape.to_vec(),
-            numbers,
-            attributes: Vec::new(),
-            array: None,
-        });
     }
 
     /// `{"arrays": [(name, axes, array, attributes)], "attributes": {}}`.
@@ -94,9 +76,13 @@ impl Kept {
     }
 }
 
-fn dict(py: Python<'_>, attributes: Vec<(String, Attribute)>) -> PyResult<Bound<'_, PyDict>> {
+fn dict<N: AsRef<str>>(
+    py: Python<'_>,
+    attributes: Vec<(N, Attribute)>,
+) -> PyResult<Bound<'_, PyDict>> {
     let out = PyDict::new(py);
     for (name, value) in attributes {
+        let name = name.as_ref();
         match value {
             Attribute::Text(text) => out.set_item(name, text)?,
             Attribute::Number(number) => out.set_item(name, number)?,
@@ -118,75 +104,59 @@ fn zeros<T: Clone + Default>(len: usize) -> Result<Vec<T>> {
     Ok(all)
 }
 
-impl Sink for Kept {
-    fn reserve(&self, array: LargeArray, (rows, columns): (usize, usize)) -> Result<()> {
-        let numbers = match self.precision {
-            Precision::F64 => Numbers::F64(zeros(rows * columns)?),
-            Precision::F32 => Numbers::F32(zeros(rows * columns)?),
-        };
-        self.lock().arrays.push(KeptArray {
-            name: array.name().to_owned(),
-            axes: array.axes().map(str::to_owned).to_vec(),
-            shape: vec![rows, columns],
-            numbers,
-            attributes: Vec::new(),
-            array: Some(array),
-        });
-        Ok(())
+impl ArrayFile for Kept {
+    fn precision(&self) -> Precision {
+        self.precision
     }
 
-    fn put(
-        &self,
-        array: LargeArray,
-        row: usize,
-        column: usize,
-        block: ArrayView2<f64>,
-    ) -> Result<()> {
-        let mut state = self.lock();
-        let mut kept = state.arrays.iter_mut();
-        if let Some(kept) = kept.find(|kept| kept.array == Some(array)) {
-            let columns = kept.shape[1];
-            for (i, line) in block.outer_iter().enumerate() {
-                let first = (row + i) * columns + column;
-                let place = first..first + line.len();
-                match &mut kept.numbers {
-                    Numbers::F64(all) => {
-                        let to = all[place].iter_mut();
-                        to.zip(line).for_each(|(to, from)| *to = *from);
-                    }
-                    Numbers::F32(all) => {
-                        let to = all[place].iter_mut();
-                        to.zip(line).for_each(|(to, from)| *to = *from as f32);
-                    }
-                }
+    fn reserve_array(&self, labels: &ArrayLabels, precision: Precision) -> Result<Option<usize>> {
+        let (axes, shape) = (labels.axes.iter(), labels.shape());
+        let len = shape.iter().product();
+        let numbers = match precision {
+            Precision::F64 => Numbers::F64(zeros(len)?),
+            Precision::F32 => Numbers::F32(zeros(len)?),
+        };
+        let arrays = &mut self.lock().arrays;
+        arrays.push(KeptArray {
+            name: labels.name.to_owned(),
+            axes: axes.map(|(name, _)| (*name).to_owned()).collect(),
+            shape,
+            numbers,
+            attributes: labels.attributes(),
+        });
+        Ok(Some(arrays.len() - 1))
+    }
+
+    fn find_array(&self, name: &str) -> Option<(usize, usize)> {
+        let arrays = &self.lock().arrays;
+        let place = arrays.iter().position(|array| array.name == name)?;
+        Some((place, arrays[place].shape.get(1).copied().unwrap_or(1)))
+    }
+
+    fn write_samples(&self, place: usize, first: usize, values: &[f64]) -> Result<()> {
+        let to = first..first + values.len();
+        match &mut self.lock().arrays[place].numbers {
+            Numbers::F64(all) => all[to].copy_from_slice(values),
+            Numbers::F32(all) => {
+                let pairs = all[to].iter_mut().zip(values);
+                pairs.for_each(|(to, from)| *to = *from as f32);
             }
         }
         Ok(())
     }
-}
 
-impl LabelledArrays for Kept {
-    fn append(&self, labels: &ArrayLabels, values: &[f64]) -> Result<()> {
-        let axes = labels.axes.iter().map(|(name, _)| (*name).to_owned());
-        let shape: Vec<usize> = labels.axes.iter().map(|(_, len)| *len).collect();
-        self.add(labels.name, axes.collect(), &shape, values);
-        let texts = [("units", labels.unit), ("long_name", labels.about)];
-        let texts = texts.into_iter().filter(|(_, text)| !text.is_empty());
-        let texts = texts.map(|(name, text)| (name, Attribute::Text(text.into())));
-        self.describe(labels.name, texts.collect());
-        Ok(())
-    }
-
-    fn describe(&self, array: &str, attributes: Vec<(&str, Attribute)>) {
+    fn describe(&self, array: &str, attributes: Vec<(&'static str, Attribute)>) {
         let mut state = self.lock();
         if let Some(kept) = state.arrays.iter_mut().find(|kept| kept.name == array) {
-            let named = attributes.into_iter();
-            kept.attributes
-                .extend(named.map(|(name, value)| (name.to_owned(), value)));
+            kept.attributes.extend(attributes);
         }
     }
 
     fn attribute(&self, name: &str, value: Attribute) {
         self.lock().attributes.push((name.to_owned(), value));
+    }
+
+    fn finish(&self) -> Result<()> {
+        Ok(())
     }
 }

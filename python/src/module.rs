@@ -23,9 +23,9 @@ mod _native {
     #[pymodule_export]
     use super::analysis::{analyze, filter, inspected, open, planned};
     #[pymodule_export]
-    use super::chains::{Run, budget, compare, simulate, sweep};
+    use super::chains::{Run, simulate, sweep};
     #[pymodule_export]
-    use super::fft::{c2c, c2r, r2c};
+    use super::fft::rfft;
     #[pymodule_export]
     use super::page::{Page, report};
     #[pymodule_export]

@@ -6,6 +6,7 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
+use wavecascade::arrays::Precision;
 use wavecascade::estimates::{
     BlockPlace, Combined, DividedRequest, Part, Partial as Sums, combine as combined, join,
     outline, partial as sum, partial_of_block,
@@ -16,6 +17,7 @@ use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
 
 use super::faults;
+use super::kept::Kept;
 use super::results::{Made, each_field};
 use super::samples::{Opener, Source};
 use super::typed::{command, provenance};
@@ -130,12 +132,13 @@ impl Opened {
         };
         let expected = "spectrum or coherence";
         let typed = typed.ok_or_else(|| Error::request("estimate", expected, "another command"))?;
-        let reading = typed.shared().reading();
+        let (parts, shared) = typed.parts();
+        let reading = shared.reading();
         let open = |opener: Opener| opener.open_unhashed(reading.input, reading.memory);
         let fields = each_field(openers)?.into_iter().map(open);
         Ok(Opened {
             fields: fields.collect::<Result<_, _>>()?,
-            part: typed.parts().part,
+            part: parts.part,
             request: typed.divided()?,
         })
     }
@@ -194,7 +197,7 @@ fn result(found: Combined, fields: &[String]) -> Result<Made, Failure> {
     let words = [format!("{command}.combine")];
     let provenance = Provenance::new(provenance(&words), Some(fields.join(", ")), None);
     let name = fields.first().map_or("field", |name| name);
-    Made::new(command, found, name, provenance)
+    Made::new(command, Kept::new(Precision::F64), found, name, provenance)
 }
 
 fn sums<'a>(partials: &'a [PyRef<'_, Partial>]) -> Vec<&'a Sums> {

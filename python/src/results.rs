@@ -21,26 +21,26 @@ use super::samples::{Opener, Source};
 use super::typed::{command, provenance};
 use super::watch;
 use crate::args::Command;
-use crate::described::{AnyResult, Describing, Given, stem_of};
+use crate::described::{AnyResult, Describing, Given, not_a_run, stem_of};
 use crate::failure::Failure;
 use crate::fields::expanded;
-use crate::triads::not_a_run;
 
-/// What the command that the words name finds of fields, of the text of a scene and of a run, which stand for files among
-/// the words: arrays with labels, `csv`, `summary` in JSON, `warnings`, `page`.
+/// What the command that the words name finds of fields, of the text of a scene and of runs, which stand for files among
+/// the words (None for a run in a file): arrays with labels, `csv`, `summary` in JSON, `warnings`, `page`.
 #[pyfunction]
-#[pyo3(signature = (words, progress=None, sources=Vec::new(), scene=None, run=None))]
+#[pyo3(signature = (words, progress=None, sources=Vec::new(), scene=None, runs=Vec::new()))]
 pub fn found<'py>(
     py: Python<'py>,
     words: Vec<String>,
     progress: Option<Bound<'py, PyAny>>,
     sources: Vec<Source>,
     scene: Option<String>,
-    run: Option<Bound<'py, Run>>,
+    runs: Vec<Option<Bound<'py, Run>>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let typed = command(&words)?;
     let typed: &dyn Describing = match &typed {
         Command::Attenuate(typed) => &**typed,
+        Command::Budget(typed) => &**typed,
         Command::Compare(typed) => &**typed,
         Command::Design(typed) => &**typed,
         Command::Estimate(typed) => typed,
@@ -55,14 +55,17 @@ pub fn found<'py>(
     };
     let from = sources.first().map_or(faults::From::Files, Source::from);
     let openers = sources.iter().map(Source::opener).collect();
-    let run = run.map(|run| run.get().file());
+    let runs = runs.into_iter();
+    let runs = runs.map(|run| run.map(|run| run.get().file()));
+    let runs = runs.collect();
     let work = |observer: &dyn Observer| {
         let given = Given {
             scene,
-            run,
+            runs,
+            words: provenance(&words),
             ..Given::default()
         };
-        made(typed, openers, given, &words, observer)
+        made(typed, openers, given, observer)
     };
     let done = watch::run(py, progress.as_ref(), work)?;
     let done = done.map_err(|error| faults::of_failure(py, error, from))?;
@@ -77,7 +80,7 @@ pub struct Made {
     records: Option<String>,
     summary: String,
     /// Of the fields as they were read.
-    doubts: Vec<(String, String)>,
+    doubts: Vec<Warning>,
     warnings: Vec<Warning>,
     page: Page,
 }
@@ -85,11 +88,11 @@ pub struct Made {
 impl Made {
     pub fn new(
         command: &'static str,
+        arrays: Kept,
         found: AnyResult,
         name: &str,
         provenance: Provenance,
     ) -> Result<Made, Failure> {
-        let arrays = Kept::new(Precision::F64);
         let sheet = found.describe();
         sheet.write_to(&arrays)?;
         let has_records = !sheet.records.head.is_empty();
@@ -116,12 +119,10 @@ impl Made {
         let out = self.arrays.into_python(py)?;
         out.set_item("csv", self.records)?;
         out.set_item("summary", self.summary)?;
-        let of_fields = self.doubts.iter();
-        let of_fields = of_fields.map(|(text, help)| ("field", text, help));
-        let own = self.warnings.iter();
-        let own = own.map(|warning| (self.command, &warning.message, &warning.advice));
+        let of_fields = self.doubts.iter().map(|doubt| ("field", doubt));
+        let own = self.warnings.iter().map(|warning| (self.command, warning));
         let all = of_fields.chain(own);
-        let all = all.map(|(of, text, help)| (of, keywords(text), keywords(help)));
+        let all = all.map(|(of, one)| (of, keywords(&one.message), keywords(&one.advice)));
         out.set_item("warnings", PyList::new(py, all.collect::<Vec<_>>())?)?;
         out.set_item("page", Bound::new(py, self.page)?)?;
         Ok(out)
@@ -148,14 +149,14 @@ fn made(
     typed: &dyn Describing,
     openers: Vec<Opener>,
     given: Given,
-    words: &[String],
     observer: &dyn Observer,
 ) -> Result<Made, Failure> {
     typed.check()?;
+    let about = typed.about();
     let all = each_field(openers)?;
     let path: Option<PathBuf> = all.first().and_then(Opener::path);
     let name = path.clone().unwrap_or_else(|| "field".into());
-    let fields = match typed.reading() {
+    let fields = match about.reading {
         Some(reading) => {
             let open = |opener: Opener| opener.open(reading.input, reading.memory, None);
             all.into_iter().map(open).collect::<Result<_, _>>()?
@@ -166,25 +167,25 @@ fn made(
         None => Vec::new(),
     };
     let doubts = fields.iter().flat_map(|field: &Field| &field.notes);
-    let doubts = doubts.filter(|note| note.is_doubtful).map(|note| {
-        let advice = note.advice.unwrap_or_default();
-        (note.text.clone(), advice.to_owned())
-    });
-    let doubts = doubts.collect();
+    let doubts = doubts.filter(|note| note.is_doubtful);
+    let doubts = doubts.map(Warning::from).collect();
     let opened: Vec<&Field> = fields.iter().collect();
+    let arrays = Kept::new(Precision::F64);
+    let words = given.words.clone();
     let given = Given {
         fields: &opened,
+        arrays: Some(&arrays),
         ..given
     };
-    let found = on_threads(typed.how().threads, || typed.find(given, observer));
+    let found = on_threads(about.threads, || typed.find(given, observer));
     let found = found.map_err(|error| error.of_file(&name))?;
     fields.iter().try_for_each(Field::check_unchanged)?;
-    let title = path.as_deref().map_or(typed.name().to_owned(), stem_of);
+    let title = path.as_deref().map_or(about.name.to_owned(), stem_of);
     let input = path.map(|path| path.display().to_string());
     let hash = fields.first().and_then(|field| field.content_hash.clone());
-    let provenance = Provenance::new(provenance(words), input, hash);
+    let provenance = Provenance::new(words, input, hash);
     Ok(Made {
         doubts,
-        ..Made::new(typed.name(), found.result, &title, provenance)?
+        ..Made::new(about.name, arrays, found.result, &title, provenance)?
     })
 }

@@ -37,6 +37,7 @@ impl AsRef<[u8]> for ArrayMemory {
 
 /// An array of one or two dimensions with what is known of its axes.
 #[pyclass(frozen, module = "wavecascade._native")]
+#[derive(Clone)]
 pub struct Samples {
     samples: MemorySamples,
     /// Of the array; one of one dimension is the record of one site.
@@ -196,12 +197,7 @@ pub enum Opener {
 impl Source<'_> {
     pub fn opener(&self) -> Opener {
         match self {
-            Source::Memory(samples) => Opener::Memory(Box::new(Samples {
-                samples: samples.samples.clone(),
-                labels: samples.labels.clone(),
-                is_record: samples.is_record,
-                scene: samples.scene.clone(),
-            })),
+            Source::Memory(samples) => Opener::Memory(Box::new((**samples).clone())),
             Source::Files(paths) => Opener::Files(paths.clone()),
         }
     }

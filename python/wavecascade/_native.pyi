@@ -11,11 +11,7 @@ __all__ = [
     "Run",
     "Samples",
     "analyze",
-    "budget",
-    "c2c",
-    "c2r",
     "combine",
-    "compare",
     "filter",
     "found",
     "inspected",
@@ -26,8 +22,8 @@ __all__ = [
     "partial",
     "planned",
     "program",
-    "r2c",
     "report",
+    "rfft",
     "scene_keys",
     "simulate",
     "sweep",
@@ -103,7 +99,7 @@ def found(
     progress: _Progress = None,
     sources: Sequence[_Source] = ...,
     scene: str | None = None,
-    run: Run | None = None,
+    runs: Sequence[Run | None] = ...,
 ) -> dict[str, Any]: ...
 def partial(
     sources: Sequence[_Source],
@@ -119,18 +115,8 @@ def outline(
     source: _Source, words: list[str], times: int
 ) -> tuple[dict[str, Any], tuple[int, int, int]]: ...
 def simulate(text: str | None, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
-def budget(
-    moved: Run | _Source, scene_text: str | None, words: list[str], progress: _Progress = None
-) -> dict[str, Any]: ...
 def is_run_file(path: str) -> bool: ...
-def compare(
-    first: Run | _Source, second: Run | _Source, words: list[str], progress: _Progress = None
-) -> tuple[str, Page]: ...
 def sweep(text: str | None, words: list[str], progress: _Progress = None) -> tuple[str, Page]: ...
-def r2c(a: _Array, axis: int, norm: int, workers: int) -> npt.NDArray[np.complexfloating]: ...
-def c2r(a: _Array, n: int, axis: int, norm: int, workers: int) -> npt.NDArray[np.floating]: ...
-def c2c(
-    a: _Array, is_forward: bool, axis: int, norm: int, workers: int
-) -> npt.NDArray[np.complexfloating]: ...
+def rfft(a: _Array, axis: int, workers: int) -> npt.NDArray[np.complexfloating]: ...
 def program(words: Sequence[str | os.PathLike[str]]) -> int: ...
 def scene_keys() -> list[str]: ...

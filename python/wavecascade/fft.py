@@ -51,7 +51,7 @@ def rfft(a: npt.ArrayLike, *, axis: int, workers: int = 1) -> npt.NDArray[np.com
     threads = workers + 1 + cores if workers < 0 else workers
     if threads <= 0:
         raise ValueError(f"workers: expected a number but 0, from -{cores} on, found {workers}")
-    return _native.r2c(samples, axis, 0, threads)
+    return _native.rfft(samples, axis, threads)
 
 
 def _real(a: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -40,11 +40,6 @@ pub fn sans(pixels: f64) -> FontDesc<'static> {
     FontDesc::new(family, pixels * UNITS * SIZE_OVER_EM, FontStyle::Normal)
 }
 
-/// Converts a point in pixels to the units of `plotters`.
-pub(super) fn place((x, y): Point) -> BackendCoord {
-    ((x * UNITS).round() as i32, (y * UNITS).round() as i32)
-}
-
 fn pixels((x, y): BackendCoord) -> Point {
     (f64::from(x) / UNITS, f64::from(y) / UNITS)
 }
@@ -101,26 +96,10 @@ impl Canvas {
     /// [`Error::Draw`] if a side is zero or too long.
     pub fn new(title: &str, width: u32, height: u32, format: Format) -> Result<Self> {
         let size = (f64::from(width), f64::from(height));
-        Canvas::of(title, size, &PageUnits::pixels(format))
-    }
-
-    /// A canvas of this width and height in units of a page.
-    pub(super) fn of(title: &str, size: (f64, f64), page: &PageUnits) -> Result<Self> {
-        let longest = f64::from(i32::MAX) / UNITS;
-        let is_possible = size.0 > 0.0 && size.1 > 0.0 && size.0.max(size.1) <= longest;
-        let painter = match (is_possible, page.format) {
-            (true, Format::Png) => Bitmap::new(size, page).map(boxed),
-            (true, Format::Svg) => Some(boxed(Svg::new(title, size, page))),
-            (false, _) => None,
-        };
-        let painter = painter.ok_or_else(|| Error::Draw {
-            figure: title.into(),
-            reason: format!("{} by {} pixels cannot be drawn on", size.0, size.1),
-        })?;
         let surface = CanvasSurface {
             title: title.into(),
             size: (px(size.0), px(size.1)),
-            painter,
+            painter: painter(title, size, &PageUnits::pixels(format))?,
         };
         Ok(Canvas {
             surface: Rc::new(RefCell::new(surface)),
@@ -144,8 +123,19 @@ impl Canvas {
     }
 }
 
-fn boxed(painter: impl Painter + 'static) -> Box<dyn Painter> {
-    Box::new(painter)
+/// What paints a sheet of this width and height in units of a page.
+pub(super) fn painter(title: &str, size: (f64, f64), page: &PageUnits) -> Result<Box<dyn Painter>> {
+    let longest = f64::from(i32::MAX) / UNITS;
+    let is_possible = size.0 > 0.0 && size.1 > 0.0 && size.0.max(size.1) <= longest;
+    let painter: Option<Box<dyn Painter>> = match (is_possible, page.format) {
+        (true, Format::Png) => Bitmap::new(size, page).map(|made| Box::new(made) as _),
+        (true, Format::Svg) => Some(Box::new(Svg::new(title, size, page))),
+        (false, _) => None,
+    };
+    painter.ok_or_else(|| Error::Draw {
+        figure: title.into(),
+        reason: format!("{} by {} pixels cannot be drawn on", size.0, size.1),
+    })
 }
 
 impl From<DrawingAreaErrorKind<Error>> for Error {
@@ -192,17 +182,6 @@ impl CanvasSurface {
             self.painter.shape(shape, brush, color);
         }
         Ok(())
-    }
-
-    /// Stretches an image from corner to corner.
-    pub(super) fn draw_image(
-        &mut self,
-        from: BackendCoord,
-        to: BackendCoord,
-        raster: &Raster,
-    ) -> Drawn {
-        let painted = self.painter.image(&rect(from, to), raster);
-        self.done(painted)
     }
 }
 
@@ -335,8 +314,9 @@ impl DrawingBackend for CanvasSurface {
         if src.len() != 3 * raster.columns * raster.rows {
             return self.done(Err("the bitmap is not red, green, blue".into()));
         }
-        let to = (left + columns as i32, top + rows as i32);
-        self.draw_image((left, top), to, &raster)
+        let at = rect((left, top), (left + columns as i32, top + rows as i32));
+        let painted = self.painter.image(&at, &raster);
+        self.done(painted)
     }
 }
 
@@ -359,20 +339,17 @@ mod tests {
 
     #[test]
     fn an_image_fills_its_pixels() {
-        let canvas = Canvas::new("bitmap", 4, 4, Format::Png).unwrap();
+        let page = PageUnits::pixels(Format::Png);
+        let mut painter = painter("bitmap", (4.0, 4.0), &page).unwrap();
         let raster = Raster {
             columns: 1,
             rows: 2,
             palette: Some(&[[1, 2, 3], [4, 5, 6]]),
             samples: &[0, 1],
         };
-        let mut surface = canvas.surface.borrow_mut();
-        surface.draw_image((0, 0), (40, 40), &raster).unwrap();
-        drop(surface);
-        let file = canvas.encode().unwrap();
-        let mut reader = png::Decoder::new(std::io::Cursor::new(file))
-            .read_info()
-            .unwrap();
+        painter.image(&rect((0, 0), (40, 40)), &raster).unwrap();
+        let file = std::io::Cursor::new(painter.encode().unwrap());
+        let mut reader = png::Decoder::new(file).read_info().unwrap();
         let mut pixels = vec![0; 6 * 6 * 3];
         reader.next_frame(&mut pixels).unwrap();
         assert_eq!(pixels[..3 * 18], [1, 2, 3].repeat(18));

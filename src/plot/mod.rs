@@ -1,7 +1,7 @@
 //! Figures from results, as PNG and SVG; computes nothing.
 //!
 //! [`figures_of`] draws the figures of a [described](crate::sheet::Describe) result in a [`Style`], [`save_all`] writes
-//! them. They are drawn by [`plotters`] on a [`Canvas`], which also serves your own charts.
+//! them. A [`Canvas`] serves your own charts, drawn by [`plotters`].
 
 mod axis;
 mod bitmap;
@@ -83,9 +83,12 @@ impl Figure {
     pub fn encode(&self, format: Format) -> Result<Vec<u8>> {
         let scene = &self.scene;
         let size = (scene.width, scene.height);
-        let canvas = Canvas::of(&scene.title, size, &scene.style.page(format))?;
-        scene.draw(&canvas.area())?;
-        canvas.encode()
+        let mut painter = canvas::painter(&scene.title, size, &scene.style.page(format))?;
+        let painted = scene.paint(&mut *painter).and_then(|()| painter.encode());
+        painted.map_err(|reason| Error::Draw {
+            figure: scene.title.clone(),
+            reason,
+        })
     }
 
     /// Writes `<dir>/<name>.<extension>`, whole or not at all, and returns its path.

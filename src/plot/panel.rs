@@ -43,8 +43,6 @@ pub(super) struct Panel {
     pub y: PlotAxis,
     /// Whether the horizontal axis carries tick labels and its label.
     pub names_x: bool,
-    /// Whether the vertical axis carries tick labels and its label.
-    pub names_y: bool,
 }
 
 impl Panel {
@@ -54,7 +52,6 @@ impl Panel {
             x,
             y,
             names_x: true,
-            names_y: true,
         }
     }
 
@@ -66,12 +63,9 @@ impl Panel {
             let ticks = widest(&self.ticks_y(axis));
             34.0 + ticks + LINE * (lines(axis) - 1.0) + 0.5 * LABEL_SIZE
         };
-        let half_tick = 0.5 * widest(&self.ticks_x());
+        let half_tick = 0.5 * widest(&self.ticks_x(&self.x));
         Margins {
-            left: match self.names_y {
-                true => beside(&self.y),
-                false => EDGE,
-            },
+            left: beside(&self.y),
             top: match self.x.second_axis() {
                 Some(second) => 53.0 + LINE * (across(&second) - 1.0) + 0.5 * LABEL_SIZE,
                 None => 0.5 * TICK_SIZE,
@@ -97,10 +91,14 @@ impl Panel {
         Some(self.rect.bottom - share * self.rect.height())
     }
 
-    fn ticks_x(&self) -> Vec<(f64, Tick)> {
+    fn ticks_x(&self, axis: &PlotAxis) -> Vec<(f64, Tick)> {
+        let to_pixel = |v| {
+            let share = axis.share(v)?;
+            Some(self.rect.left + share * self.rect.width())
+        };
         let mut count = (self.rect.width() / 75.0).max(2.0) as usize;
         loop {
-            let ticks = place(self.x.ticks(count), |v| self.place_x(v));
+            let ticks = place(axis.ticks(count), to_pixel);
             let widest = widest(&ticks);
             let crowded = ticks
                 .windows(2)
@@ -124,7 +122,7 @@ impl Panel {
 
     /// Light lines at the ticks, to be drawn under curves.
     pub fn draw_grid(&self, scene: &mut Scene) {
-        for (x, _) in self.ticks_x() {
+        for (x, _) in self.ticks_x(&self.x) {
             scene.line(vec![(x, self.rect.top), (x, self.rect.bottom)], GRID, 1.0);
         }
         for (y, _) in self.ticks_y(&self.y) {
@@ -135,77 +133,49 @@ impl Panel {
     /// Frame, ticks and labels.
     pub fn draw_axes(&self, scene: &mut Scene) {
         scene.outline(self.rect, INK);
-        self.draw_bottom(scene);
-        self.draw_left(scene);
+        self.draw_across(scene, &self.x, self.names_x, None);
+        self.draw_beside(scene, &self.y, LabelSide::Left);
         if let Some(second) = self.x.second_axis() {
-            let top = Panel::new(self.rect, second, self.y.clone());
-            top.draw_top(scene);
+            let lines = across_lines(&second.title(), self.rect.width()).len() as f64;
+            self.draw_across(scene, &second, true, Some(lines));
         }
         if let Some(second) = self.y.second_axis() {
-            self.draw_right(scene, &second);
+            self.draw_beside(scene, &second, LabelSide::Right);
         }
     }
 
-    fn draw_bottom(&self, scene: &mut Scene) {
-        let bottom = self.rect.bottom;
-        for (x, tick) in self.ticks_x() {
-            scene.line(vec![(x, bottom), (x, bottom + TICK_LENGTH)], INK, 1.0);
-            if self.names_x {
-                scene.text(tick.text, (x, bottom + 20.0), TICK_SIZE, Anchor::Middle);
+    /// An axis below the frame, or above it with a label of so many lines.
+    fn draw_across(&self, scene: &mut Scene, axis: &PlotAxis, names: bool, above: Option<f64>) {
+        let (edge, out, label_at) = match above {
+            Some(lines) => (self.rect.top, -1.0, 45.0 + LINE * (lines - 1.0)),
+            None => (self.rect.bottom, 1.0, 46.0),
+        };
+        for (x, tick) in self.ticks_x(axis) {
+            scene.line(vec![(x, edge), (x, edge + out * TICK_LENGTH)], INK, 1.0);
+            if names {
+                let at = (x, edge + out * 20.0);
+                scene.text(tick.text, at, TICK_SIZE, Anchor::Middle);
             }
         }
-        if self.names_x {
-            self.label_across(scene, &self.x.title(), bottom + 46.0);
+        if names {
+            let lines = across_lines(&axis.title(), self.rect.width());
+            let at = (self.rect.middle().0, edge + out * label_at);
+            scene.lines(&lines, at, LABEL_SIZE, Anchor::Middle);
         }
     }
 
-    fn draw_top(&self, scene: &mut Scene) {
-        let top = self.rect.top;
-        for (x, tick) in self.ticks_x() {
-            scene.line(vec![(x, top), (x, top - TICK_LENGTH)], INK, 1.0);
-            scene.text(tick.text, (x, top - 19.0), TICK_SIZE, Anchor::Middle);
-        }
-        let label = self.x.title();
-        let lines = across_lines(&label, self.rect.width()).len() as f64;
-        self.label_across(scene, &label, top - 45.0 - LINE * (lines - 1.0));
-    }
-
-    /// A centred label, whose first line is at `y`.
-    fn label_across(&self, scene: &mut Scene, label: &str, y: f64) {
-        let (middle, _) = self.rect.middle();
-        let lines = across_lines(label, self.rect.width());
-        scene.lines(&lines, (middle, y), LABEL_SIZE, Anchor::Middle);
-    }
-
-    fn draw_left(&self, scene: &mut Scene) {
-        let left = self.rect.left;
-        let ticks = self.ticks_y(&self.y);
-        let label_at = left - 34.0 - widest(&ticks);
-        for (y, tick) in ticks {
-            scene.line(vec![(left, y), (left - TICK_LENGTH, y)], INK, 1.0);
-            if self.names_y {
-                scene.text(tick.text, (left - 13.0, y), TICK_SIZE, Anchor::End);
-            }
-        }
-        if self.names_y {
-            self.label_along(scene, &self.y.title(), label_at, LabelSide::Left);
-        }
-    }
-
-    fn draw_right(&self, scene: &mut Scene, axis: &PlotAxis) {
-        let right = self.rect.right;
+    fn draw_beside(&self, scene: &mut Scene, axis: &PlotAxis, side: LabelSide) {
+        let (edge, out, anchor) = match side {
+            LabelSide::Left => (self.rect.left, -1.0, Anchor::End),
+            LabelSide::Right => (self.rect.right, 1.0, Anchor::Start),
+        };
         let ticks = self.ticks_y(axis);
-        let label_at = right + 34.0 + widest(&ticks);
+        let label_at = (edge + out * (34.0 + widest(&ticks)), self.rect.middle().1);
         for (y, tick) in ticks {
-            scene.line(vec![(right, y), (right + TICK_LENGTH, y)], INK, 1.0);
-            scene.text(tick.text, (right + 13.0, y), TICK_SIZE, Anchor::Start);
+            scene.line(vec![(edge, y), (edge + out * TICK_LENGTH, y)], INK, 1.0);
+            scene.text(tick.text, (edge + out * 13.0, y), TICK_SIZE, anchor);
         }
-        self.label_along(scene, &axis.title(), label_at, LabelSide::Right);
-    }
-
-    fn label_along(&self, scene: &mut Scene, label: &str, x: f64, side: LabelSide) {
-        let (_, middle) = self.rect.middle();
-        label_upright(scene, label, (x, middle), self.rect.height(), side);
+        label_upright(scene, &axis.title(), label_at, self.rect.height(), side);
     }
 }
 

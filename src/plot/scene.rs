@@ -1,17 +1,10 @@
-//! A figure as marks in units of its layout, before any file format; `plotters` draws them.
+//! A figure as marks in units of its layout, before any file format.
 
-use plotters::drawing::DrawingAreaErrorKind;
-use plotters::element::{
-    Circle, Drawable, PathElement, PointCollection, Polygon, Rectangle, Text as Label,
-};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{Color as _, FontTransform, RGBColor, TextStyle};
-use plotters_backend::{BackendCoord, DrawingErrorKind};
+use plotters_backend::text_anchor::{HPos, Pos, VPos};
+use plotters_backend::{BackendColor, FontTransform};
 
-use super::canvas::{Area, CanvasSurface, place, px, sans};
-use super::painter::{Point, Raster};
+use super::painter::{Brush, Lettering, Outline, Painter, Point, Raster};
 use super::style::Style;
-use crate::Error;
 
 /// Red, green, blue.
 pub(crate) type Color = [u8; 3];
@@ -88,10 +81,6 @@ impl Rect {
         }
         parts
     }
-
-    fn corners(&self) -> [BackendCoord; 2] {
-        [(self.left, self.top), (self.right, self.bottom)].map(place)
-    }
 }
 
 /// A raster of palette indices, stretched over `at`; row 0 is at the top.
@@ -102,36 +91,6 @@ pub(super) struct Image {
     pub rows: usize,
     pub palette: Vec<Color>,
     pub cells: Vec<u8>,
-}
-
-impl<'a> PointCollection<'a, BackendCoord> for &'a Image {
-    type Point = BackendCoord;
-    type IntoIter = [BackendCoord; 2];
-
-    fn point_iter(self) -> Self::IntoIter {
-        self.at.corners()
-    }
-}
-
-/// A separate element, since those of `plotters` do not scale their pixels.
-impl Drawable<CanvasSurface> for Image {
-    fn draw<I: Iterator<Item = BackendCoord>>(
-        &self,
-        mut pos: I,
-        surface: &mut CanvasSurface,
-        _: (u32, u32),
-    ) -> Result<(), DrawingErrorKind<Error>> {
-        let (Some(from), Some(to)) = (pos.next(), pos.next()) else {
-            return Ok(());
-        };
-        let raster = Raster {
-            columns: self.columns,
-            rows: self.rows,
-            palette: Some(&self.palette),
-            samples: &self.cells,
-        };
-        surface.draw_image(from, to, &raster)
-    }
 }
 
 /// The point of a text at its coordinates; vertically always the middle.
@@ -155,24 +114,29 @@ pub(super) struct Text {
 }
 
 impl Text {
-    fn style(&self) -> TextStyle<'static> {
-        let turn = match self.vertical {
-            true => FontTransform::Rotate270,
-            false => FontTransform::None,
-        };
+    fn lettering(&self) -> Lettering {
         let across = match self.anchor {
             Anchor::Start => HPos::Left,
             Anchor::Middle => HPos::Center,
             Anchor::End => HPos::Right,
         };
-        let font = sans(self.size).transform(turn);
-        font.color(&rgb(self.color))
-            .pos(Pos::new(across, VPos::Center))
+        Lettering {
+            size: self.size,
+            color: opaque(self.color),
+            anchor: Pos::new(across, VPos::Center),
+            turn: match self.vertical {
+                true => FontTransform::Rotate270,
+                false => FontTransform::None,
+            },
+        }
     }
 }
 
-fn rgb([red, green, blue]: Color) -> RGBColor {
-    RGBColor(red, green, blue)
+fn opaque([red, green, blue]: Color) -> BackendColor {
+    BackendColor {
+        alpha: 1.0,
+        rgb: (red, green, blue),
+    }
 }
 
 #[derive(Debug)]
@@ -221,39 +185,41 @@ impl Scene {
         }
     }
 
-    /// Draws every mark as an element of `plotters`.
-    pub fn draw(&self, area: &Area) -> Result<(), DrawingAreaErrorKind<Error>> {
+    /// Paints every mark.
+    pub fn paint(&self, painter: &mut dyn Painter) -> Result<(), String> {
         for mark in &self.marks {
-            match mark {
-                Mark::Image(image) => area.draw(image)?,
+            let (shape, brush, color) = match mark {
+                Mark::Image(image) => {
+                    let raster = Raster {
+                        columns: image.columns,
+                        rows: image.rows,
+                        palette: Some(&image.palette),
+                        samples: &image.cells,
+                    };
+                    painter.image(&image.at, &raster)?;
+                    continue;
+                }
+                Mark::Text(text) => {
+                    painter.text(&text.text, text.at, &text.lettering())?;
+                    continue;
+                }
                 Mark::Line {
                     points,
                     color,
                     width,
-                } => {
-                    let points: Vec<BackendCoord> = points.iter().copied().map(place).collect();
-                    let style = rgb(*color).stroke_width(px(*width));
-                    area.draw(&PathElement::new(points, style))?;
-                }
-                Mark::Fill { rect, color } => {
-                    area.draw(&Rectangle::new(rect.corners(), rgb(*color).filled()))?;
-                }
+                } => (Outline::Path(points), Brush::Stroke(width.max(1.0)), color),
+                Mark::Fill { rect, color } => (Outline::Rect(*rect), Brush::Fill, color),
                 Mark::Disk {
                     center,
                     radius,
                     color,
                 } => {
-                    let style = rgb(*color).filled();
-                    area.draw(&Circle::new(place(*center), px(*radius), style))?;
+                    let (center, radius) = (*center, *radius);
+                    (Outline::Circle { center, radius }, Brush::Fill, color)
                 }
-                Mark::Polygon { corners, color } => {
-                    let corners: Vec<BackendCoord> = corners.iter().copied().map(place).collect();
-                    area.draw(&Polygon::new(corners, rgb(*color).filled()))?;
-                }
-                Mark::Text(text) => {
-                    area.draw(&Label::new(&text.text[..], place(text.at), text.style()))?;
-                }
-            }
+                Mark::Polygon { corners, color } => (Outline::Path(corners), Brush::Fill, color),
+            };
+            painter.shape(&shape, brush, opaque(*color));
         }
         Ok(())
     }

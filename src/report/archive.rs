@@ -9,10 +9,9 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use ndarray::ArrayView2;
-
 use super::samples::{Order, bytes_of, in_bytes};
-use crate::arrays::{LargeArray, Precision, Sink, in_runs};
+use super::{ArrayFile, ArrayLabels};
+use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::system::file_io::{allocate, begin_sync, read_at, write_at};
 
@@ -44,7 +43,6 @@ struct ArchiveEntry {
     end: u64,
     columns: usize,
     precision: Precision,
-    array: Option<LargeArray>,
     /// Checksum of `content .. hashed`, as long as blocks come in order.
     checksum: crc32fast::Hasher,
     hashed: u64,
@@ -76,16 +74,6 @@ impl Archive {
         })
     }
 
-    /// Appends an array, row-major.
-    ///
-    /// # Errors
-    /// [`Error::Write`].
-    pub fn append(&self, name: &str, shape: &[usize], values: &[f64]) -> Result<()> {
-        debug_assert_eq!(shape.iter().product::<usize>(), values.len());
-        let member = self.reserve_room(name, shape, self.precision, None)?;
-        self.write_samples(member, 0, values)
-    }
-
     /// Appends a text, which NumPy reads as an array of no dimension: `str(archive["scene"])`.
     ///
     /// # Errors
@@ -107,25 +95,6 @@ impl Archive {
         self.state
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner)
-    }
-
-    /// Reserves the space of an array in the given precision; returns its place.
-    pub(super) fn reserve_room(
-        &self,
-        name: &str,
-        shape: &[usize],
-        precision: Precision,
-        array: Option<LargeArray>,
-    ) -> Result<usize> {
-        let item = bytes_of(precision);
-        let header = |content| npy_header(&format!("<f{item}"), &tuple(shape), content);
-        let bytes = shape.iter().product::<usize>() as u64 * item;
-        let columns = shape.get(1).copied().unwrap_or(1);
-        let member = self.reserve_bytes(name, header, bytes, columns)?;
-        let mut state = self.lock();
-        state.members[member].precision = precision;
-        state.members[member].array = array;
-        Ok(member)
     }
 
     fn reserve_bytes(
@@ -156,20 +125,10 @@ impl Archive {
             end,
             columns,
             precision: self.precision,
-            array: None,
             checksum,
             hashed: data,
         });
         Ok(state.members.len() - 1)
-    }
-
-    /// Writes samples of an array from its sample `first` on.
-    pub(super) fn write_samples(&self, member: usize, first: usize, values: &[f64]) -> Result<()> {
-        let precision = self.lock().members[member].precision;
-        let start = first as u64 * bytes_of(precision);
-        in_bytes(values, precision, Order::Little, |at, bytes| {
-            self.write_bytes(member, start + at, bytes)
-        })
     }
 
     /// Writes at `offset` into the content of a member.
@@ -184,11 +143,57 @@ impl Archive {
         Ok(())
     }
 
+    /// The member's checksum; what came out of order is read back.
+    fn checksum(&self, member: &ArchiveEntry) -> Result<u32> {
+        if member.hashed == member.end {
+            return Ok(member.checksum.clone().finalize());
+        }
+        let mut hasher = crc32fast::Hasher::new();
+        let mut block = vec![0; 1 << 20];
+        let mut at = member.content;
+        while at < member.end {
+            let length = block.len().min((member.end - at) as usize);
+            read_at(&self.file, &mut block[..length], at)
+                .map_err(Error::read("read back", &self.path))?;
+            hasher.update(&block[..length]);
+            at += length as u64;
+        }
+        Ok(hasher.finalize())
+    }
+}
+
+impl ArrayFile for Archive {
+    fn precision(&self) -> Precision {
+        self.precision
+    }
+
+    fn reserve_array(&self, labels: &ArrayLabels, precision: Precision) -> Result<Option<usize>> {
+        let (shape, item) = (labels.shape(), bytes_of(precision));
+        let header = |content| npy_header(&format!("<f{item}"), &tuple(&shape), content);
+        let bytes = shape.iter().product::<usize>() as u64 * item;
+        let columns = shape.get(1).copied().unwrap_or(1);
+        let member = self.reserve_bytes(labels.name, header, bytes, columns)?;
+        self.lock().members[member].precision = precision;
+        Ok(Some(member))
+    }
+
+    fn find_array(&self, name: &str) -> Option<(usize, usize)> {
+        let members = &self.lock().members;
+        let is_it = |member: &ArchiveEntry| member.name.strip_suffix(".npy") == Some(name);
+        let place = members.iter().position(is_it)?;
+        Some((place, members[place].columns))
+    }
+
+    fn write_samples(&self, member: usize, first: usize, values: &[f64]) -> Result<()> {
+        let precision = self.lock().members[member].precision;
+        let start = first as u64 * bytes_of(precision);
+        in_bytes(values, precision, Order::Little, |at, bytes| {
+            self.write_bytes(member, start + at, bytes)
+        })
+    }
+
     /// Fills in headers and checksums and writes the directory of members.
-    ///
-    /// # Errors
-    /// [`Error::Write`].
-    pub fn finish(self) -> Result<()> {
+    fn finish(&self) -> Result<()> {
         let write = |bytes: &[u8], at: u64| {
             write_at(&self.file, bytes, at).map_err(Error::write("write to", &self.path))
         };
@@ -212,50 +217,6 @@ impl Archive {
             .map_err(Error::write("finish", &self.path))?;
         begin_sync(&self.file);
         Ok(())
-    }
-
-    /// The member's checksum; what came out of order is read back.
-    fn checksum(&self, member: &ArchiveEntry) -> Result<u32> {
-        if member.hashed == member.end {
-            return Ok(member.checksum.clone().finalize());
-        }
-        let mut hasher = crc32fast::Hasher::new();
-        let mut block = vec![0; 1 << 20];
-        let mut at = member.content;
-        while at < member.end {
-            let length = block.len().min((member.end - at) as usize);
-            read_at(&self.file, &mut block[..length], at)
-                .map_err(Error::read("read back", &self.path))?;
-            hasher.update(&block[..length]);
-            at += length as u64;
-        }
-        Ok(hasher.finalize())
-    }
-}
-
-impl Sink for Archive {
-    fn reserve(&self, array: LargeArray, shape: (usize, usize)) -> Result<()> {
-        let shape = [shape.0, shape.1];
-        self.reserve_room(array.name(), &shape, self.precision, Some(array))
-            .map(|_| ())
-    }
-
-    fn put(
-        &self,
-        array: LargeArray,
-        row: usize,
-        column: usize,
-        block: ArrayView2<f64>,
-    ) -> Result<()> {
-        let (member, columns) = {
-            let state = self.lock();
-            let found = state.members.iter().position(|m| m.array == Some(array));
-            let Some(member) = found else { return Ok(()) };
-            (member, state.members[member].columns)
-        };
-        in_runs(block, (row, column), columns, |first, values| {
-            self.write_samples(member, first, values)
-        })
     }
 }
 
@@ -378,6 +339,7 @@ fn end_records(count: u64, start: u64, length: u64) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::arrays::{LargeArray, Sink};
     use ndarray::{Array1, Array2, s};
 
     #[test]
@@ -389,7 +351,10 @@ mod tests {
         let archive = Archive::create(&path, Precision::F64)?;
         archive.reserve(LargeArray::TEMPORAL_SPECTRUM, (37, 11))?;
         archive.reserve(LargeArray::SPATIAL_SPECTRUM, (37, 11))?;
-        archive.append("axis", &[3], &[1.0, 2.0, f64::NAN])?;
+        archive.append(
+            &ArrayLabels::of("axis", &[("axis", 3)]),
+            &[1.0, 2.0, f64::NAN],
+        )?;
         for columns in [8..11, 0..8] {
             let block = whole.slice(s![.., columns.clone()]);
             archive.put(LargeArray::TEMPORAL_SPECTRUM, 0, columns.start, block)?;

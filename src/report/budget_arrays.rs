@@ -1,16 +1,14 @@
 //! The small arrays of the file of a budget, those of a measured field, and what all of them are.
 
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
-use ndarray::Array2;
-use serde_json::Value;
-
-use super::arrays::{describe_file, text_attributes};
-use super::{ArrayLabels, LabelledArrays};
-use crate::arrays::{Arrays, LargeArray};
-use crate::budget::measured::MeasuredMotion;
+use super::ArrayFile;
+use crate::arrays::Arrays;
+use crate::budget::measured::{MeasuredMotion, MeasuredReport};
 use crate::budget::{Budget, BudgetUnits, ScaleOf};
 use crate::error::Result;
+use crate::sheet::{Describe, FigureLayout, Sheet, Variable, flat};
 use crate::unit;
 
 /// What the numbers of an array are.
@@ -135,27 +133,6 @@ const ENTRIES: [Entry; 48] = [
     entry("force", TIME_CONTACT, Kind::Force, "force of the contacts"),
 ];
 
-/// Those that come in blocks.
-const LARGE: [LargeArray; 17] = [
-    LargeArray::SITE_ENERGY,
-    LargeArray::ENERGY_FLUX,
-    LargeArray::ENERGY_PASSED,
-    LargeArray::ENERGY_LOST,
-    LargeArray::ENERGY_SPECTRUM,
-    LargeArray::TRANSFER,
-    LargeArray::LOSS_SPECTRUM,
-    LargeArray::INPUT_SPECTRUM,
-    LargeArray::SPECTRAL_FLUX,
-    LargeArray::INTEGRATED_SPECTRAL_FLUX,
-    LargeArray::ACOUSTIC_SPECTRUM,
-    LargeArray::OPTICAL_SPECTRUM,
-    LargeArray::MODE_ENERGY,
-    LargeArray::POWER_FLOW,
-    LargeArray::CUMULATIVE_POWER_FLOW,
-    LargeArray::SCALE_FLUX,
-    LargeArray::SCALE_FLUX_IN_TIME,
-];
-
 /// What an array is: its entry, and whether it holds the standard errors of that.
 fn known(name: &str) -> Option<(&'static Entry, bool)> {
     let find = |name: &str| ENTRIES.iter().find(|entry| entry.name == name);
@@ -163,91 +140,119 @@ fn known(name: &str) -> Option<(&'static Entry, bool)> {
     find(name).map(|entry| (entry, false)).or_else(of_errors)
 }
 
-fn about(entry: &Entry, is_error: bool) -> String {
-    match is_error {
-        true => format!("standard error of: {}", entry.about),
-        false => entry.about.to_owned(),
-    }
-}
-
-/// Adds an array of a budget under its name, with the axes and the unit that it has.
-fn add(
-    file: &dyn LabelledArrays,
+/// Adds an array of a budget under its name, with the axes and the unit that it has; not one that is not listed, which is
+/// in the large arrays or in the numbers, or has no values. Without a shape its samples have come in blocks.
+fn add<'a>(
+    sheet: &mut Sheet<'a>,
     units: &BudgetUnits,
     name: &str,
     shape: &[usize],
-    values: &[f64],
-) -> Result<()> {
-    let (unit, about, axes) = match known(name) {
-        Some((entry, is_error)) => (
-            entry.kind.unit(units),
-            about(entry, is_error),
-            entry.axes.to_vec(),
-        ),
-        None => (String::new(), String::new(), vec!["row", "column"]),
+    values: impl Into<Cow<'a, [f64]>>,
+) {
+    let values = values.into();
+    let Some((entry, is_error)) = known(name) else {
+        return;
     };
-    let axes: Vec<(&str, usize)> = axes.into_iter().zip(shape.iter().copied()).collect();
-    let labels = ArrayLabels {
-        name,
-        axes: &axes,
-        unit: &unit,
-        about: &about,
-    };
-    file.append(&labels, values)
+    if values.is_empty() && !shape.is_empty() {
+        return;
+    }
+    let axes = entry.axes.iter().zip(shape);
+    sheet.variables.push(Variable {
+        name: name.into(),
+        dimensions: axes.map(|(axis, len)| ((*axis).into(), *len)).collect(),
+        unit: entry.kind.unit(units),
+        about: match is_error {
+            true => format!("standard error of: {}", entry.about),
+            false => entry.about.into(),
+        },
+        values,
+    });
 }
 
-/// Adds the arrays of one dimension, under the names of the manual.
-///
-/// # Errors
-/// [`crate::Error::Write`].
-pub fn write_budget_arrays(budget: &Budget, file: &dyn LabelledArrays) -> Result<()> {
-    let line = |name: &str, values: &[f64]| match values.is_empty() {
-        true => Ok(()),
-        false => add(file, &budget.units, name, &[values.len()], values),
+/// A budget with what is known of its measurement, described with its arrays.
+#[derive(Debug, Clone)]
+pub struct DescribedBudget {
+    pub budget: Budget,
+    pub report: Option<MeasuredReport>,
+}
+
+impl Describe for DescribedBudget {
+    fn describe(&self) -> Sheet<'_> {
+        let mut sheet = self.budget.describe(self.report.as_ref());
+        sheet.attributes = &ATTRIBUTES;
+        add_arrays(&self.budget, &mut sheet);
+        sheet
+    }
+
+    fn figures(&self) -> Vec<FigureLayout> {
+        self.budget.figures()
+    }
+}
+
+/// Parts of the numbers that are attributes of the file, and what their names begin with there.
+const ATTRIBUTES: [(&str, &str); 7] = [
+    ("provenance", ""),
+    ("conventions", "convention_"),
+    ("energy", "energy_"),
+    ("wavenumber", "wavenumber_"),
+    ("frequency", "frequency_"),
+    ("modes", "modes_"),
+    ("closure", "closure_"),
+];
+
+/// Adds the arrays of one dimension, under the names of the manual, and what the large ones are.
+fn add_arrays<'a>(budget: &'a Budget, sheet: &mut Sheet<'a>) {
+    let mut line = |name: &str, values: Cow<'a, [f64]>| {
+        add(sheet, &budget.units, name, &[values.len()], values);
     };
-    let places = |n: usize, first: f64| -> Vec<f64> {
+    let places = |n: usize, first: f64| -> Cow<'a, [f64]> {
         (0..n).map(|j| budget.pitch * (j as f64 + first)).collect()
     };
-    line("time", &budget.time)?;
-    line("position", &places(budget.n_sites, 0.0))?;
-    line("contact_position", &places(budget.n_contacts, 0.5))?;
-    line("input_energy", &budget.input)?;
-    for (name, values) in &budget.curves() {
-        // Others are in the large arrays, or in the numbers.
-        if known(name).is_some() {
-            line(name, values)?;
-            if let Some(errors) = &budget.errors {
-                line(&format!("{name}_error"), &errors[name])?;
-            }
+    line("time", budget.time.as_slice().into());
+    line("position", places(budget.n_sites, 0.0));
+    line("contact_position", places(budget.n_contacts, 0.5));
+    line("input_energy", budget.input.as_slice().into());
+    for (name, values) in budget.curves() {
+        line(name, values.into());
+        if let Some(errors) = budget.errors.as_ref().and_then(|all| all.get(name)) {
+            line(&format!("{name}_error"), errors.into());
         }
     }
     if let Some(found) = &budget.wavenumber {
-        line("wavenumber", &found.wavenumber)?;
+        line("wavenumber", found.wavenumber.as_slice().into());
         if let Some(branches) = &found.branches {
-            line("cell_wavenumber", &branches.wavenumber)?;
+            line("cell_wavenumber", branches.wavenumber.as_slice().into());
         }
     }
     if let Some(flow) = &budget.frequency {
-        line("frequency", &flow.frequency)?;
+        line("frequency", flow.frequency.as_slice().into());
     }
     if let Some(found) = &budget.scales {
-        let of =
-            |value: fn(&ScaleOf) -> f64| -> Vec<f64> { found.scales.iter().map(value).collect() };
-        line("scale", &of(|scale| scale.scale))?;
-        line("scale_sigma", &of(|scale| scale.sigma.unwrap_or(f64::NAN)))?;
+        let of = |value: fn(&ScaleOf) -> f64| -> Cow<'a, [f64]> {
+            found.scales.iter().map(value).collect()
+        };
+        line("scale", of(|scale| scale.scale));
+        line("scale_sigma", of(|scale| scale.sigma.unwrap_or(f64::NAN)));
         line(
             "scale_cutoff_wavenumber",
-            &of(|scale| scale.cutoff_wavenumber),
-        )?;
+            of(|scale| scale.cutoff_wavenumber),
+        );
     }
     if let Some(found) = &budget.modes {
-        let cycles = found.frequency.iter().map(|w| w / (2.0 * PI));
-        line("mode_frequency", &cycles.collect::<Vec<f64>>())?;
-        line("modes_energy", &found.energy)?;
-        line("mode_entropy", &found.entropy)?;
-        line("normalized_mode_entropy", &found.normalized_entropy)?;
+        line(
+            "mode_frequency",
+            found.frequency.iter().map(|w| w / (2.0 * PI)).collect(),
+        );
+        line("modes_energy", found.energy.as_slice().into());
+        line("mode_entropy", found.entropy.as_slice().into());
+        line(
+            "normalized_mode_entropy",
+            found.normalized_entropy.as_slice().into(),
+        );
     }
-    Ok(())
+    for entry in ENTRIES.iter().filter(|entry| entry.axes.len() > 1) {
+        add(sheet, &budget.units, entry.name, &[], &[][..]);
+    }
 }
 
 /// Adds what a measured motion holds beside its budgets, with standard errors, and those of the
@@ -259,15 +264,10 @@ pub fn write_measured_arrays(
     measured: &MeasuredMotion,
     of_budgets: &Arrays,
     units: &BudgetUnits,
-    file: &dyn LabelledArrays,
+    file: &dyn ArrayFile,
 ) -> Result<()> {
     let errors = &measured.errors;
-    let named = of_budgets.iter();
-    let named: Vec<(String, &Array2<f64>)> = named
-        .map(|(array, errors)| (format!("{}_error", array.name()), errors))
-        .collect();
-    let named = named.iter().map(|(name, errors)| (name.as_str(), *errors));
-    for (name, array) in [
+    let own = [
         ("velocity", &measured.values.velocity),
         ("velocity_error", &errors.velocity),
         ("displacement", &measured.displacement),
@@ -278,41 +278,17 @@ pub fn write_measured_arrays(
         ("energy_flux_error", &errors.flux),
         ("energy_passed_error", &errors.passed),
         ("energy_error", &errors.energy),
-    ]
-    .into_iter()
-    .chain(named)
-    {
-        let (rows, columns) = array.dim();
-        if columns > 0 {
-            let values: Vec<f64> = array.iter().copied().collect();
-            add(file, units, name, &[rows, columns], &values)?;
-        }
-    }
-    Ok(())
-}
-
-/// Adds units and names to the arrays that the [`Sink`] has taken, and the numbers and texts of the summary to
-/// the file: provenance, conventions, energies, bands, residuals. What `summary.json` nests is a text in JSON.
-///
-/// [`Sink`]: crate::arrays::Sink
-pub fn describe_budget(budget: &Budget, summary: &Value, file: &dyn LabelledArrays) {
-    for array in LARGE {
-        if let Some((entry, is_error)) = known(array.name()) {
-            let unit = entry.kind.unit(&budget.units);
-            let attributes = text_attributes(&unit, &about(entry, is_error));
-            file.describe(array.name(), attributes);
-        }
-    }
-    let parts = [
-        ("provenance", ""),
-        ("conventions", "convention_"),
-        ("energy", "energy_"),
-        ("wavenumber", "wavenumber_"),
-        ("frequency", "frequency_"),
-        ("modes", "modes_"),
-        ("closure", "closure_"),
     ];
-    describe_file(summary, &parts, file);
+    let own = own
+        .into_iter()
+        .map(|(name, array)| (name.to_owned(), array));
+    let of_budgets = of_budgets.iter();
+    let of_budgets = of_budgets.map(|(array, errors)| (format!("{}_error", array.name()), errors));
+    let mut sheet = Sheet::default();
+    for (name, array) in own.chain(of_budgets) {
+        add(&mut sheet, units, &name, array.shape(), flat(array));
+    }
+    sheet.write_to(file)
 }
 
 #[cfg(test)]
@@ -320,15 +296,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn large_arrays_have_the_axes_that_are_listed() {
-        for array in LARGE {
-            let (entry, _) = known(array.name()).unwrap_or_else(|| panic!("{}", array.name()));
-            assert_eq!(entry.axes, array.axes(), "{}", array.name());
-        }
+    fn errors_have_the_unit_of_what_they_are_of() {
         let unit = |name: &str| known(name).unwrap().0.kind.unit(&BudgetUnits::si());
-        assert_eq!(unit("transfer_error"), "J/s");
-        assert_eq!(unit("force"), "N");
-        assert_eq!(unit("velocity_error"), "m/s");
-        assert_eq!(unit("power_flow"), "J/Hz");
+        for (name, expected) in [
+            ("transfer_error", "J/s"),
+            ("force", "N"),
+            ("velocity_error", "m/s"),
+            ("power_flow", "J/Hz"),
+        ] {
+            assert_eq!(unit(name), expected);
+        }
     }
 }

@@ -4,6 +4,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use super::new_file::is_there;
 use crate::error::{Error, Result};
 use crate::system::publish::{Working, write_whole};
 
@@ -31,61 +32,43 @@ const COMMON: [&str; 8] = [
 /// The file that describes the others.
 const SUMMARY: &str = "summary.json";
 
-/// The results whose files or figures are not called as they are.
-const OTHERWISE: [Names; 5] = [
-    Names {
-        result: "analyze",
-        arrays: "spectra",
-        figures: &[
-            "space-time",
-            "temporal-spectrum",
-            "spatial-spectrum",
-            "spacetime-spectrum",
-            "along-x",
-            "along-t",
-            "short-time",
-            "short-space",
-            "flux-surrogate",
-        ],
-    },
-    Names {
-        result: "budget",
-        arrays: "budget",
-        figures: &[
-            "energies",
-            "energy-flux",
-            "energy-passed",
-            "power-flow",
-            "energy-spectrum",
-            "spectral-flux",
-            "scale-flux",
-            "views",
-        ],
-    },
-    Names {
-        result: "compare",
-        arrays: "",
-        figures: &["views"],
-    },
-    Names {
-        result: "localize",
-        arrays: "wave-",
-        figures: &["localize"],
-    },
-    Names {
-        result: "spacetime",
-        arrays: "spectrum",
-        figures: &["spectrum"],
-    },
+/// The results whose files or figures are not called as they are, by the name of their schema: their arrays, without
+/// extension, where numbers follow a dash, and their figures.
+const OTHERWISE: [(&str, &str, &[&str]); 5] = [
+    ("analyze", "spectra", &ANALYZE),
+    ("budget", "budget", &BUDGET),
+    ("compare", "", &["views"]),
+    ("localize", "wave-", &["localize"]),
+    ("spacetime", "spectrum", &["spectrum"]),
 ];
 
-/// Names of the files of a result.
-struct Names {
-    /// That of its schema.
-    result: &'static str,
-    /// Of its arrays, without extension; before a dash numbers follow.
-    arrays: &'static str,
-    figures: &'static [&'static str],
+const ANALYZE: [&str; 9] = [
+    "space-time",
+    "temporal-spectrum",
+    "spatial-spectrum",
+    "spacetime-spectrum",
+    "along-x",
+    "along-t",
+    "short-time",
+    "short-space",
+    "flux-surrogate",
+];
+
+const BUDGET: [&str; 8] = [
+    "energies",
+    "energy-flux",
+    "energy-passed",
+    "power-flow",
+    "energy-spectrum",
+    "spectral-flux",
+    "scale-flux",
+    "views",
+];
+
+/// Names of the arrays and the figures of a result.
+fn names_of(result: &str) -> (&str, &[&str]) {
+    let known = OTHERWISE.iter().find(|(name, ..)| *name == result);
+    known.map_or((result, &[]), |&(_, arrays, figures)| (arrays, figures))
 }
 
 /// Whether the directory of a result, by the name of its schema, may hold a file of this name; anything else in it is not
@@ -99,8 +82,7 @@ fn may_hold(result: &str, name: &str) -> bool {
     let Some((stem, "npz" | "nc" | "csv")) = name.rsplit_once('.') else {
         return false;
     };
-    let named = OTHERWISE.iter().find(|names| names.result == result);
-    let arrays = named.map_or(result, |names| names.arrays);
+    let (arrays, _) = names_of(result);
     match stem.strip_prefix(arrays) {
         Some(digits) if arrays.ends_with('-') => {
             !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
@@ -114,8 +96,10 @@ fn may_draw(result: &str, name: &str) -> bool {
     let Some((stem, "png" | "svg")) = name.rsplit_once('.') else {
         return false;
     };
-    let named = OTHERWISE.iter().find(|names| names.result == result);
-    named.map_or(stem == result, |names| names.figures.contains(&stem))
+    match names_of(result) {
+        (_, []) => stem == result,
+        (_, figures) => figures.contains(&stem),
+    }
 }
 
 /// The name of a result in the schema of its summary.
@@ -195,15 +179,8 @@ fn check_free(path: &Path, replace: bool) -> Result<Destination> {
             found,
         })
     };
-    match fs::symlink_metadata(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Destination::Free),
-        // The name is too long, or a folder of the path is a file.
-        Err(error) => return Err(Error::write("create", path)(error)),
-        Ok(found) if found.is_dir() => (),
-        Ok(found) if found.is_symlink() => {
-            return occupied("is a symbolic link, which no result takes the place of".into());
-        }
-        Ok(_) => return occupied("is there and is no directory".into()),
+    if !is_there(path, true)? {
+        return Ok(Destination::Free);
     }
     let names = names(path)?;
     if names.is_empty() {

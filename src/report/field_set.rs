@@ -5,12 +5,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::directory::{holds_result, names as names_in, read_text};
+use super::new_file::is_there;
 use super::{Headlines, MovedShares, write_beside};
 use crate::error::{Error, Result};
-use crate::sheet::Table;
+use crate::sheet::{Cell, Table, number, with_unit};
 use crate::system::publish::{is_working_name, remove_abandoned};
 
 /// Version of the layout of `index.json`.
@@ -160,7 +161,9 @@ impl FieldSet {
     fn write(&self) -> Result<()> {
         let rows: Vec<FieldRow> = self.rows.iter().chain(&self.earlier).cloned().collect();
         let encoded = |error: std::io::Error| Error::write("write", &self.path)(error);
-        let csv = fields_csv(&rows).map_err(|error| encoded(std::io::Error::other(error)))?;
+        let csv = records(&rows)
+            .to_csv()
+            .map_err(|error| encoded(std::io::Error::other(error)))?;
         write_beside(&self.path, TABLE, csv.as_bytes())?;
         #[cfg(feature = "figures")]
         write_beside(&self.path, PAGE, super::fields_html(&rows).as_bytes())?;
@@ -180,10 +183,8 @@ fn earlier(path: &Path) -> Result<Option<Vec<FieldRow>>> {
         path: path.to_owned(),
         found,
     };
-    match fs::symlink_metadata(path) {
-        Err(_) => return Ok(None),
-        Ok(found) if found.is_dir() => (),
-        Ok(_) => return Err(occupied("is there and is no directory".into())),
+    if !is_there(path, true)? {
+        return Ok(None);
     }
     let names = names_in(path)?;
     if names.is_empty() {
@@ -333,17 +334,85 @@ const COLUMNS: [(&str, &str); 24] = [
     ("failure", "/failed"),
 ];
 
-/// The headlines of all fields as CSV, a row for each. Numbers have all their digits; unknown values
-/// are empty.
-fn fields_csv(rows: &[FieldRow]) -> std::result::Result<String, csv::Error> {
-    let text = |value: Option<&Value>| match value {
-        None | Some(Value::Null) => String::new(),
-        Some(Value::String(text)) => text.clone(),
-        Some(value) => value.to_string(),
-    };
-    let cells = rows.iter().map(|row| {
-        let row = json!(row);
-        COLUMNS.map(|(_, place)| text(row.pointer(place))).into()
+/// The headlines of all fields, a row for each. Numbers have all their digits; unknown values are empty.
+fn records(rows: &[FieldRow]) -> Table {
+    Table::of_places(&COLUMNS, rows.iter().map(|row| json!(row)))
+}
+
+/// A field by its name, and what was found of it.
+type Analyzed<'a> = (&'a str, &'a Headlines);
+
+/// Verdicts; where and how much moved; why others cannot be told. A field without a result is in none of them.
+pub fn fields_tables(rows: &[FieldRow]) -> Vec<Table> {
+    let analyzed = rows.iter().filter_map(|row| match &row.outcome {
+        FieldOutcome::Headlines(found) => Some((row.name.as_str(), &**found)),
+        FieldOutcome::Failed(_) => None,
     });
-    Table::of("", &COLUMNS.map(|(name, _)| name), cells).to_csv()
+    let analyzed: Vec<Analyzed> = analyzed.collect();
+    if analyzed.is_empty() {
+        return Vec::new();
+    }
+    let name = (
+        "field",
+        (|(name, _)| Some((*name).into())) as Cell<Analyzed>,
+    );
+    let verdicts: [(&str, Cell<Analyzed>); 7] = [
+        name,
+        ("in frequency", |(_, of)| {
+            Some(of.frequency.as_ref()?.word())
+        }),
+        ("up", |(_, of)| share(of.frequency.as_ref()?.up)),
+        ("down", |(_, of)| share(of.frequency.as_ref()?.down)),
+        ("in wavenumber", |(_, of)| {
+            Some(of.wavenumber.as_ref()?.word())
+        }),
+        ("up", |(_, of)| share(of.wavenumber.as_ref()?.up)),
+        ("down", |(_, of)| share(of.wavenumber.as_ref()?.down)),
+    ];
+    let places: [(&str, Cell<Analyzed>); 10] = [
+        name,
+        ("up past", |(_, of)| place(of, |moved| moved.up_at)),
+        ("down below", |(_, of)| place(of, |moved| moved.down_at)),
+        ("energy", |(_, of)| of.energy_ratio.map(number)),
+        ("from site", |(_, of)| of.from.map(|site| site.to_string())),
+        ("to", |(_, of)| of.to.map(|site| site.to_string())),
+        ("to +x", |(_, of)| share(of.toward_plus_x)),
+        ("to -x", |(_, of)| share(of.toward_minus_x)),
+        ("size", |(_, of)| {
+            Some(format!("{} x {}", of.times, of.sites))
+        }),
+        ("warnings", |(_, of)| Some(of.warnings.to_string())),
+    ];
+    let reasons: [(&str, Cell<Analyzed>); 3] = [
+        name,
+        ("in frequency", |(_, of)| {
+            of.frequency.as_ref()?.reason.clone()
+        }),
+        ("in wavenumber", |(_, of)| {
+            of.wavenumber.as_ref()?.reason.clone()
+        }),
+    ];
+    let title = "Verdicts, and the shares of energy that moved up and down";
+    let mut tables = vec![
+        Table::of_columns(title, &analyzed, &verdicts).printed(),
+        Table::of_columns("Where it moved, energy, direction", &analyzed, &places).printed(),
+        Table::of_columns("What cannot be told, and why", &analyzed, &reasons),
+    ];
+    // Names alone say nothing.
+    tables.retain(|table| table.head.len() > 1);
+    tables
+}
+
+fn share(share: Option<f64>) -> Option<String> {
+    Some(format!("{:.1} %", 100.0 * share?))
+}
+
+/// A frequency, with its unit if it has one.
+fn place(of: &Headlines, at: fn(&MovedShares) -> Option<f64>) -> Option<String> {
+    let moved = of.frequency.as_ref()?;
+    let unit = match moved.unit.starts_with("cycles") {
+        true => "",
+        false => &moved.unit,
+    };
+    Some(with_unit(at(moved)?, unit))
 }

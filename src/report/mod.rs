@@ -25,22 +25,22 @@ mod snippet;
 
 pub use crate::sheet::{number, percent};
 pub use archive::Archive;
-pub use array_file::{ArrayFile, ArrayFormat};
-pub use arrays::{LabelledArrays, describe_analysis};
-pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arrays};
+pub use array_file::{ArrayFile, ArrayFormat, ArrayLabels, Attribute};
+pub use arrays::label_analysis;
+pub use budget_arrays::{DescribedBudget, write_measured_arrays};
 pub use directory::{ResultDirectory, write_beside};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
 pub use field_set::{
-    FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names, verdicts_in_words,
+    FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names, fields_tables, verdicts_in_words,
 };
 pub use headlines::{Headlines, MovedShares};
-pub use netcdf::{ArrayLabels, Attribute, NetCdf};
+pub use netcdf::NetCdf;
 #[cfg(feature = "figures")]
 pub use pages::{fields_html, sheet_html};
 pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
 pub use provenance::Provenance;
 pub use run_file::{RUN_SCHEMA, RunFile, RunParts};
-pub use scan_records::records_csv;
+pub use scan_records::{records_json, records_table};
 pub use snippet::{
     analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
     transmission_snippet,

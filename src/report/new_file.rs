@@ -81,29 +81,41 @@ impl NewFile {
         let has_name = path.file_name().is_some() && !ends_in_separator;
         Error::require(has_name, "out", "a file with a name", path.display())?;
         self.check_extension(path)?;
-        let occupied = |found: &str| {
-            Err(Error::OutputInUse {
-                path: path.to_owned(),
-                found: found.into(),
-            })
-        };
-        match fs::symlink_metadata(path) {
-            Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-            // The name is too long, or a folder of the path is a file.
-            Err(error) => Err(Error::write("create", path)(error)),
-            Ok(found) if found.is_symlink() => {
-                occupied("is a symbolic link, which a new file would take the place of")
-            }
-            Ok(found) if !found.is_file() => occupied("is there and is no file"),
-            Ok(_) if !(self.is_one)(path)? => {
-                occupied(&format!("is there and is no {}", self.word))
-            }
-            Ok(_) if replace => Ok(()),
-            Ok(_) => Err(Error::Exists {
+        if !is_there(path, false)? {
+            return Ok(());
+        }
+        if !(self.is_one)(path)? {
+            let found = format!("is there and is no {}", self.word);
+            let path = path.to_owned();
+            return Err(Error::OutputInUse { path, found });
+        }
+        match replace {
+            true => Ok(()),
+            false => Err(Error::Exists {
                 path: path.to_owned(),
             }),
         }
     }
+}
+
+/// Whether there is a file or a directory at a path, whichever it is to be.
+///
+/// # Errors
+/// [`Error::OutputInUse`] for anything else, a symbolic link too; [`Error::Write`] for a path that cannot be.
+pub(super) fn is_there(path: &Path, is_directory: bool) -> Result<bool> {
+    let found = match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
+        // The name is too long, or a folder of the path is a file.
+        Err(error) => return Err(Error::write("create", path)(error)),
+        Ok(found) if found.is_symlink() => "is a symbolic link, which no result takes the place of",
+        Ok(found) if is_directory && !found.is_dir() => "is there and is no directory",
+        Ok(found) if !is_directory && !found.is_file() => "is there and is no file",
+        Ok(_) => return Ok(true),
+    };
+    Err(Error::OutputInUse {
+        path: path.to_owned(),
+        found: found.into(),
+    })
 }
 
 /// Gives what was written its name, in place of a file of that name only if that is to be replaced.

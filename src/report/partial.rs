@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::Archive;
+use super::{Archive, ArrayFile, ArrayLabels};
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::estimates::{Partial, PartialAbout};
@@ -71,7 +71,8 @@ pub fn write_partial(path: &Path, partial: &Partial) -> Result<()> {
     let text = serde_json::to_string(&stored).map_err(std::io::Error::from);
     let archive = Archive::create(path, Precision::F64)?;
     archive.append_text("part", &text.map_err(Error::write("describe", path))?)?;
-    archive.append("sums", &[partial.sums.len()], &partial.sums)?;
+    let axes = [("sums", partial.sums.len())];
+    archive.append(&ArrayLabels::of("sums", &axes), &partial.sums)?;
     archive.finish()
 }
 

@@ -66,7 +66,18 @@ mod tests {
     #[test]
     fn val_bytes_are_those_of_the_standard_library() {
         let values: Vec<f64> = (0..20_001).map(|i| 0.1 * f64::from(i) - 3.0).collect();
-        let bytes = |precision, order| {
+        type Bytes = fn(f64) -> Vec<u8>;
+        let cases: [(Precision, Order, Bytes); 4] = [
+            (Precision::F64, Order::Little, |v| v.to_le_bytes().into()),
+            (Precision::F64, Order::Big, |v| v.to_be_bytes().into()),
+            (Precision::F32, Order::Little, |v| {
+                (v as f32).to_le_bytes().into()
+            }),
+            (Precision::F32, Order::Big, |v| {
+                (v as f32).to_be_bytes().into()
+            }),
+        ];
+        for (precision, order, expected) in cases {
             let mut bytes = Vec::<u8>::new();
             in_bytes(&values, precision, order, |at, piece| {
                 assert_eq!(at, bytes.len() as u64);
@@ -74,32 +85,8 @@ mod tests {
                 Ok(())
             })
             .unwrap();
-            bytes
-        };
-        let doubles = values.iter();
-        let singles = values.iter().map(|&v| v as f32);
-        for (found, expected) in [
-            (
-                bytes(Precision::F64, Order::Little),
-                doubles
-                    .clone()
-                    .flat_map(|v| v.to_le_bytes())
-                    .collect::<Vec<u8>>(),
-            ),
-            (
-                bytes(Precision::F64, Order::Big),
-                doubles.flat_map(|v| v.to_be_bytes()).collect(),
-            ),
-            (
-                bytes(Precision::F32, Order::Little),
-                singles.clone().flat_map(|v| v.to_le_bytes()).collect(),
-            ),
-            (
-                bytes(Precision::F32, Order::Big),
-                singles.flat_map(|v| v.to_be_bytes()).collect(),
-            ),
-        ] {
-            assert!(found == expected);
+            let expected: Vec<u8> = values.iter().flat_map(|v| expected(*v)).collect();
+            assert!(bytes == expected);
         }
     }
 }

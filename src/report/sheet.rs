@@ -2,7 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{ArrayLabels, LabelledArrays, Provenance};
+use super::arrays::describe_file;
+use super::{ArrayFile, ArrayLabels, Provenance};
 use crate::error::Result;
 use crate::sheet::{Sheet, Table};
 
@@ -31,11 +32,11 @@ impl Sheet<'_> {
         all.into()
     }
 
-    /// Hands the arrays to a file, or to memory.
+    /// Hands the arrays to a file, or to memory, and says what those are that went there in blocks.
     ///
     /// # Errors
     /// Those of `file`.
-    pub fn write_to(&self, file: &dyn LabelledArrays) -> Result<()> {
+    pub fn write_to(&self, file: &dyn ArrayFile) -> Result<()> {
         self.variables.iter().try_for_each(|variable| {
             let axes = variable.dimensions.iter();
             let axes: Vec<(&str, usize)> = axes.map(|(name, len)| (&**name, *len)).collect();
@@ -43,10 +44,23 @@ impl Sheet<'_> {
                 name: &variable.name,
                 axes: &axes,
                 unit: &variable.unit,
-                about: &variable.name.replace('_', " "),
+                about: match &*variable.about {
+                    "" => &variable.name.replace('_', " "),
+                    about => about,
+                },
             };
+            if axes.is_empty() {
+                file.describe(labels.name, labels.attributes());
+                return Ok(());
+            }
             file.append(&labels, &variable.values)
         })
+    }
+
+    /// Adds parts of a summary as attributes of a file: conventions, residuals, provenance. What the summary nests is a
+    /// text in JSON.
+    pub fn describe_file(&self, summary: &Value, file: &dyn ArrayFile) {
+        describe_file(summary, self.attributes, file);
     }
 }
 

@@ -74,6 +74,9 @@ pub struct Sheet<'a> {
     /// Beside schema, provenance, answer and warnings in `summary.json`; undefined numbers are `null`.
     pub numbers: serde_json::Map<String, Value>,
     pub variables: Vec<Variable<'a>>,
+    /// Parts of the summary whose numbers and texts are attributes of a file of the variables, with what their names begin
+    /// with there.
+    pub attributes: &'static [(&'static str, &'static str)],
     pub tables: Vec<Table>,
     /// One row for each point, with all digits: a file of its own. Empty for none.
     pub records: Table,
@@ -160,10 +163,12 @@ impl From<&Note> for Warning {
 pub struct Variable<'a> {
     pub name: String,
     /// Name and length of each dimension, the slowest first. An array of one dimension with the name of that dimension
-    /// holds its coordinates.
+    /// holds its coordinates. Without dimensions it says what an array is that goes to files in blocks.
     pub dimensions: Vec<(String, usize)>,
     /// Empty for none.
     pub unit: String,
+    /// What it is in words; empty for its name.
+    pub about: String,
     /// Row-major.
     pub values: Cow<'a, [f64]>,
 }
@@ -255,6 +260,14 @@ impl Table {
                 .collect(),
             is_fact: false,
         }
+    }
+}
+
+/// The values of an array, row-major; borrowed where they lie so.
+pub(crate) fn flat(values: &Array2<f64>) -> Cow<'_, [f64]> {
+    match values.as_slice() {
+        Some(values) => Cow::Borrowed(values),
+        None => Cow::Owned(values.iter().copied().collect()),
     }
 }
 
@@ -361,11 +374,7 @@ impl<'a> Sheet<'a> {
     ) {
         let (rows, columns) = values.dim();
         let dimensions = [(dimensions[0], rows), (dimensions[1], columns)];
-        let values = match values.as_slice() {
-            Some(values) => Cow::Borrowed(values),
-            None => Cow::Owned(values.iter().copied().collect()),
-        };
-        self.variable(name, &dimensions, unit, values);
+        self.variable(name, &dimensions, unit, flat(values));
     }
 
     /// Adds an array of any dimensions.
@@ -383,6 +392,7 @@ impl<'a> Sheet<'a> {
                 .map(|(name, len)| ((*name).to_owned(), *len))
                 .collect(),
             unit: unit.into(),
+            about: String::new(),
             values: values.into(),
         });
     }

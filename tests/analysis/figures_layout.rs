@@ -79,7 +79,10 @@ impl Results {
         assert_eq!(figures.len(), 9);
         let [first, second] = &self.budgets;
         let compared = ComparedBudgets {
-            both: [("localized", first), ("dispersive", second)],
+            both: [
+                ("localized".into(), first.clone()),
+                ("dispersive".into(), second.clone()),
+            ],
             summaries: [first, second].map(|budget| budget.describe(None).numbers.into()),
         };
         let others: [&dyn Describe; 6] = [

@@ -73,7 +73,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let out = figures::root().join("figures/out");
     let both = [("localized", &localized), ("dispersive", &dispersive)];
     let compared = ComparedBudgets {
-        both,
+        both: both.map(|(name, budget)| (name.to_owned(), budget.clone())),
         summaries: both.map(|(_, budget)| budget.describe(None).numbers.into()),
     };
     let sheet = Sheet::default();

@@ -172,9 +172,9 @@ def budget(
     typed: dict[str, Any] = dict(options)
     text, file = _scene(scene)
     handle = None if scene is not None or is_path(run) else run_of(run)
-    moved: Any
+    moved: Any = None
     if handle is not None:
-        moved, name = handle, "run"
+        name = "run"
     elif scene is None and not is_path(run):
         raise ValueError(
             "run: expected what `simulate` returned, the path of a run file, or a "
@@ -187,7 +187,9 @@ def budget(
     allowed = frozenset(BudgetOptions.__annotations__) | frozenset(FieldOptions.__annotations__)
     said = words("budget", typed, allowed | {"scene"}, [name])
     with advising(allowed, moved):
-        found = _native.budget(moved, text, said, observed(progress))
+        sources = [moved] if handle is None else []
+        runs = [] if handle is None else [handle]
+        found = _native.found(said, observed(progress), sources, text, runs)
     warn(found)
     out = dataset(found, summary_attrs(found["summary"], ("schema", "closure", "measurement", "units")))
     hold(out, found["page"])
@@ -223,7 +225,7 @@ def compare(
     handle = None if is_path(first) else run_of(first)
     if handle is None and not (is_path(first) and _native.is_run_file(os.fspath(first))):
         return _compare_field(first, second, dict(options), progress)
-    moved: list[Any] = []
+    runs: list[Any] = []
     names = []
     for which, run in (("first", first), ("second", second)):
         handle = None if is_path(run) else run_of(run)
@@ -231,15 +233,15 @@ def compare(
             raise ValueError(
                 f"{which}: expected a run, or the path of a run file, found {type(run).__name__}"
             )
-        moved.append([os.fspath(run)] if handle is None else handle)
+        runs.append(handle)
         names.append(os.fspath(run) if handle is None else which)
     said = words("compare", dict(options), frozenset(BudgetOptions.__annotations__), names)
-    text, page = _native.compare(moved[0], moved[1], said, observed(progress))
-    read = json.loads(text)
+    whole = _native.found(said, observed(progress), runs=runs)
+    read = json.loads(whole["summary"])
     found = {side: dict(_leaves(read[side])) for side in ("first", "second", "difference")}
     rows = list(found["difference"])
     columns = {side: np.array([found[side][row] for row in rows]) for side in found}
-    return frame({"number": np.array(rows), **columns}, {"summary": text}, page)
+    return frame({"number": np.array(rows), **columns}, {"summary": whole["summary"]}, whole["page"])
 
 
 def _made(found: dict[str, Any]) -> xr.Dataset:
@@ -316,7 +318,9 @@ def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptio
     name = os.fspath(moved[0]) if isinstance(moved, list) else "run"
     allowed = frozenset(TriadsOptions.__annotations__) | frozenset(FieldOptions.__annotations__)
     said = words("triads", typed, allowed, [name])
-    found = _native.found(said, observed(progress), [moved] if handle is None else [], run=handle)
+    sources = [moved] if handle is None else []
+    runs = [] if handle is None else [handle]
+    found = _native.found(said, observed(progress), sources, runs=runs)
     return _made(found)
 
 

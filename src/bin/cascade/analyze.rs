@@ -5,25 +5,21 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use clap::ValueEnum;
-
 use wavecascade::analyze::{
     Analysis, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
 use wavecascade::budget::answer_of_run;
 use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
-use wavecascade::plot::{figures_of, save_all};
 use wavecascade::report::{
-    Provenance, ResultDirectory, RunFile, analysis_snippet, describe_analysis, records_csv,
-    sheet_html,
+    ArrayFormat, Provenance, ResultDirectory, RunFile, analysis_snippet, label_analysis,
+    records_table, write_beside,
 };
 use wavecascade::sheet::{Describe, Sheet};
 use wavecascade::{Error, Field};
 
 use crate::args::{Analyze, Input, ResultArg};
-use crate::arrays_file::ArraysFile;
+use crate::described::Described;
 use crate::failure::Failure;
-use crate::figure_args::Drawing;
 use crate::further;
 use crate::progress::Progress;
 use crate::scan_args::folder_name;
@@ -50,9 +46,7 @@ pub struct Finished {
     pub analysis: Analysis,
     sheet: Sheet<'static>,
     pub json: String,
-    /// Directory of the results.
-    pub published: PathBuf,
-    /// The file to open first.
+    /// The file to open first, in the directory of the results.
     pub main: PathBuf,
     /// Whether the field is that of a run.
     is_run: bool,
@@ -61,7 +55,6 @@ pub struct Finished {
 /// Runs the command on one field.
 pub fn run(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
     let field = files[0].as_path();
-    check_names(files)?;
     if typed.work.plan {
         return print_plan(typed, files);
     }
@@ -96,7 +89,9 @@ impl Task<'_> {
             ..
         } = *self;
         let options = open_options(&typed.input, typed.work.memory);
-        let drawing = typed.figures.drawing(Some(&typed.colors))?;
+        let mut drawing = typed.figures.drawing(Some(&typed.colors))?;
+        let is_tight = |stated: &u64| *stated < ROOM_FOR_FIGURES;
+        drawing.threads = typed.work.memory.filter(is_tight).map(|_| 1);
         use_threads(typed.work.threads)?;
         // Before any work: could the result be written?
         drop(ResultDirectory::create(out, self.replace)?);
@@ -118,11 +113,11 @@ impl Task<'_> {
 
         progress.begin_writing();
         let directory = ResultDirectory::create(out, self.replace)?;
-        let format = typed.output.format.into();
-        let spectra = ArraysFile::create(&directory, "spectra", format, request.precision)?;
+        let format: ArrayFormat = typed.output.format.into();
+        let spectra = format.create(directory.path(), "spectra", request.precision)?;
         // Threads that are idle in a pass help with the hash, and, unless memory is short, with the run.
         let (analysis, (hash, run)) = rayon::join(
-            || run_plan(&field, &plan, spectra.arrays(), progress),
+            || run_plan(&field, &plan, &*spectra, progress),
             || {
                 let hash = match hash_first {
                     true => Ok(None),
@@ -157,6 +152,7 @@ impl Task<'_> {
         };
         // Unmapping a file takes about as long as writing the remaining results.
         let mut sheet = analysis.words();
+        label_analysis(&analysis, &mut sheet);
         for conclusion in &read_as {
             sheet.fact("read as", conclusion);
         }
@@ -165,37 +161,33 @@ impl Task<'_> {
         if let Some(further) = further.flatten() {
             sheet.detail("further", further);
         }
-        let (written, ()) = rayon::join(
-            || {
-                analysis.describe().write_to(spectra.arrays())?;
-                let summary = sheet.summary_value(&provenance);
-                spectra.finish(|file| describe_analysis(&analysis, &summary, file))
-            },
-            || drop(field),
-        );
+        let (written, ()) = rayon::join(|| analysis.describe().write_to(&*spectra), || drop(field));
         written?;
         progress.check()?;
         // All that reads or hashes the file has done so.
         opened.as_ref().map_or(Ok(()), FileState::check)?;
-        let json = sheet.summary(&provenance)?;
-        directory.write("summary.json", &json)?;
-        if let Some(records) = &records {
-            directory.write("records.csv", records_csv(records))?;
-        }
-        directory.write("plot.py", analysis_snippet(&analysis, format))?;
-        if drawing.is_wanted() {
-            let result = (&analysis, &sheet, &provenance);
-            draw(result, &drawing, &directory, typed.work.memory, progress)?;
-        }
-        progress.check()?;
-        let published = directory.publish()?;
-        progress.clear();
+        let records = records.map(|records| records_table(&records).to_csv());
+        let records = records.transpose().map_err(std::io::Error::other)?;
+        let described = Described {
+            found: &analysis,
+            sheet: &sheet,
+            name: &analysis.name,
+            provenance: &provenance,
+        };
+        let json = described.json()?;
+        let place = (directory, "analyze");
+        let main = described.publish(place, Some(spectra), &drawing, progress, &|directory| {
+            if let Some(csv) = &records {
+                write_beside(directory, "records.csv", csv.as_bytes())?;
+            }
+            let script = analysis_snippet(&analysis, format);
+            write_beside(directory, "plot.py", script.as_bytes()).map(|_| ())
+        })?;
         Ok(Finished {
             analysis,
             sheet,
             json,
-            main: published.join(drawing.main()),
-            published,
+            main,
             is_run,
         })
     }
@@ -214,45 +206,8 @@ pub fn in_time_of(file: &RunFile, analysis: &mut Analysis) -> Result<(), Failure
     Ok(answer_of_run(&file.run, analysis)?)
 }
 
-/// Stated memory below which figures are drawn one by one.
+/// Stated memory below which figures, which take some 20 MB each, are drawn one by one.
 const ROOM_FOR_FIGURES: u64 = 128 << 20;
-
-/// Draws figures and the report in parallel.
-fn draw(
-    (analysis, sheet, provenance): (&Analysis, &Sheet, &Provenance),
-    drawing: &Drawing,
-    directory: &ResultDirectory,
-    memory: Option<u64>,
-    progress: &Progress,
-) -> Result<(), Failure> {
-    use wavecascade::observer::Observer;
-    progress.stage("drawing", 1);
-    let folder = directory.path().join("figures");
-    let (name, style) = (&analysis.name, &drawing.style);
-    // A figure takes some 20 MB while it is drawn.
-    let one_by_one = memory.is_some_and(|stated| stated < ROOM_FOR_FIGURES);
-    let both = || {
-        rayon::join(
-            || {
-                let figures = figures_of(analysis, sheet, name, "analyze", style);
-                save_all(&figures, &folder, &drawing.formats)
-            },
-            || {
-                let page = sheet_html(analysis, sheet, name, provenance, style)?;
-                Ok::<_, Failure>(directory.write("report.html", page)?)
-            },
-        )
-    };
-    let threads = one_by_one.then_some(1);
-    let (drawn, page) =
-        wavecascade_system::threads::in_pool(threads, both).map_err(|error| Error::Threads {
-            threads: 1,
-            reason: error.to_string(),
-        })?;
-    drawn?;
-    page?;
-    Ok(())
-}
 
 fn tell(
     typed: &Analyze,
@@ -275,22 +230,6 @@ fn tell(
     }
     summary.last(&last);
     Ok(summary.print(typed.output.detail.verbose)?)
-}
-
-/// That no result's name stands where fields do.
-pub fn check_names(files: &[PathBuf]) -> Result<(), Error> {
-    let is_result = |path: &&PathBuf| {
-        let named = |name: &str| ResultArg::from_str(name, false).is_ok();
-        path.to_str().is_some_and(named) && path.symlink_metadata().is_err()
-    };
-    match files.iter().find(is_result) {
-        None => Ok(()),
-        Some(path) => Err(Error::request(
-            "only",
-            "names of results joined by commas, such as `--only temporal,spatial`",
-            format!("`{}` among the fields", path.display()),
-        )),
-    }
 }
 
 /// Prints what would be computed of a field.

@@ -9,20 +9,18 @@ use wavecascade::attenuation::{
 };
 use wavecascade::chain::scene::{SceneSource, Setting};
 use wavecascade::observer::Observer;
-use wavecascade::report::{Provenance, attenuation_snippet, transmission_snippet, write_beside};
-use wavecascade::sheet::Describe;
+use wavecascade::report::{attenuation_snippet, transmission_snippet};
 use wavecascade::{Error, Field};
 
 use crate::analyze::print_notes;
 use crate::args::choice;
 use crate::chain_args::How;
-use crate::described::{Described, Describing, Found, Given, stem_of, subject_of};
+use crate::described::{self, About, Describing, Found, Given, ResultArgs, stem_of};
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::parse;
 use crate::scene::source_of;
 use crate::scene_keys::SceneKeys;
-use crate::words::as_text;
 
 /// What `cascade attenuate` takes.
 #[derive(Debug, Args)]
@@ -137,12 +135,7 @@ impl LengthArgs {
         let Some((option, _)) = typed.into_iter().find(|(_, is_typed)| *is_typed) else {
             return Ok(());
         };
-        let expected = match option {
-            "angles" | "ratios" => "values of the key: angle=A,B,.. or stiffness_ratio=A,B,..",
-            "bodies" | "lengths" => "`--sites N`, or `--vary sites=A,B,..`",
-            "sense" => "`--sense wall`: against a key the pulse is followed there",
-            _ => "`--against bodies`, with a scene file, `--angles` or `--ratios` for each chain",
-        };
+        let expected = "`--against bodies`, or values of keys: `--vary angle=A,B,..`, `--sites N`";
         Err(Error::request(
             option,
             expected,
@@ -193,54 +186,37 @@ fn angle_pair(text: &str) -> Result<[f64; 2], String> {
 }
 
 /// Runs the command.
-pub fn run(typed: Attenuate) -> Result<(), Failure> {
-    let drawing = typed.figures.drawing(None)?;
-    let progress = typed.how.begin()?;
-    progress.begin_writing();
-    let result = typed.followed(None, &progress);
-    progress.clear();
-    let found = result?;
-    let sheet = found.describe();
-    let subject = match typed.scenes.is_empty() {
-        true => "struck chains".to_owned(),
-        false => subject_of(&typed.scenes),
+pub fn run(typed: &Attenuate) -> Result<(), Failure> {
+    let result = ResultArgs {
+        out: typed.out.clone(),
+        force: false,
+        figures: typed.figures.clone(),
+        how: typed.how.clone(),
     };
-    let input = typed.scenes.first().map(|path| path.display().to_string());
-    let described = Described {
-        found: &found,
-        sheet: &sheet,
-        name: &subject,
-        provenance: &Provenance::new(as_text(), input, None),
-    };
-    let mut main = None;
-    if let Some(out) = &typed.out {
-        main = Some(described.keep(out, &drawing)?);
-        write_beside(out, "plot.py", script(&found.curves).as_bytes())?;
-    }
-    described.tell(&subject, &typed.how, main.as_deref())?;
-    if let Some(main) = &main {
-        drawing.present(main)?;
-    }
-    match found.failed().len() {
-        0 => Ok(()),
-        failed => Err(Failure::Partly(format!(
-            "{failed} of the chains could not be followed, for reasons given under `failed`; the \
-             others stand"
-        ))),
-    }
+    described::run(typed, &result)
 }
 
 impl Describing for Attenuate {
-    fn name(&self) -> &'static str {
-        "attenuate"
-    }
-
-    fn how(&self) -> &How {
-        &self.how
+    fn about(&self) -> About<'_> {
+        About {
+            subject: "struck chains".into(),
+            is_journal: true,
+            ..About::of("attenuate", &self.how, &self.scenes, "toml")
+        }
     }
 
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
-        Ok(Found::of(self.followed(given.scene, observer)?))
+        let found = self.followed(given.scene, observer)?;
+        let (script, failed) = (script(&found.curves), found.failed().len());
+        Ok(Found {
+            failed: (failed > 0).then(|| {
+                format!(
+                    "{failed} of the chains could not be followed, for reasons given under `failed`; the \
+                     others stand"
+                )
+            }),
+            ..Found::of(found).with_text("plot.py", script)
+        })
     }
 }
 

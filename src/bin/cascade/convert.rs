@@ -7,7 +7,7 @@ use clap::Args;
 use serde_json::json;
 use wavecascade::Error;
 use wavecascade::field::OpenOptions;
-use wavecascade::report::FieldFile;
+use wavecascade::report::{FieldFile, records_json};
 
 use crate::analyze::{open_options, print_notes};
 use crate::args::Input;
@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::fields::expanded;
 use crate::parse;
 use crate::progress::Progress;
-use crate::scan_args::{ScanArgs, records_json};
+use crate::scan_args::ScanArgs;
 use crate::terminal::{self, print_json};
 
 /// What `cascade convert` takes.

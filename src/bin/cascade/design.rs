@@ -9,9 +9,7 @@ use wavecascade::design::{Aim, DesignRequest, Judge, Limit};
 use wavecascade::observer::Observer;
 
 use crate::args::choice;
-use crate::chain_args::How;
-use crate::described::{Describing, Found, Given, Publishing, ResultArgs};
-use crate::failure::Failure;
+use crate::described::{About, Describing, Found, Given, ResultArgs};
 use crate::scene::source_of;
 
 /// The scene with the values found, in the directory of the results.
@@ -83,12 +81,8 @@ choice!(
 );
 
 impl Describing for DesignArgs {
-    fn name(&self) -> &'static str {
-        "design"
-    }
-
-    fn how(&self) -> &How {
-        &self.result.how
+    fn about(&self) -> About<'_> {
+        About::of("design", &self.result.how, [&self.scene], "toml")
     }
 
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
@@ -106,19 +100,7 @@ impl Describing for DesignArgs {
             ..DesignRequest::least(aim.unwrap_or(Aim::PeakForceLast), self.free.clone())
         };
         let found = request.run(&scene, observer)?;
-        Ok(Found {
-            beside: Some((SCENE, found.scene.clone())),
-            ..Found::of(found)
-        })
-    }
-}
-
-impl Publishing for DesignArgs {
-    fn result(&self) -> &ResultArgs {
-        &self.result
-    }
-
-    fn files(&self) -> Result<(Vec<PathBuf>, &'static str), Failure> {
-        Ok((vec![self.scene.clone()], "toml"))
+        let text = found.scene.clone();
+        Ok(Found::of(found).with_text(SCENE, text))
     }
 }

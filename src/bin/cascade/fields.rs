@@ -6,9 +6,8 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 use wavecascade::Error;
 use wavecascade::report::{
-    FieldOutcome, FieldRow, FieldSet, Headlines, MovedShares, field_names, verdicts_in_words,
+    FieldOutcome, FieldRow, FieldSet, Headlines, field_names, fields_tables, verdicts_in_words,
 };
-use wavecascade::sheet::Table;
 
 use crate::analyze::{Finished, Task, print_plan};
 use crate::args::{Analyze, Output};
@@ -16,7 +15,7 @@ use crate::failure::Failure;
 use crate::present::open_page;
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::terminal::{self, HEADING, Tone, number, styled};
+use crate::terminal::{self, HEADING, Tone, styled};
 
 /// Directory of the results where none is named.
 const DEFAULT: &str = "fields-cascade";
@@ -49,7 +48,6 @@ pub fn expanded(typed: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
 
 /// Runs the command on several fields.
 pub fn run(typed: &Analyze, fields: &[PathBuf]) -> Result<(), Failure> {
-    crate::analyze::check_names(fields)?;
     if typed.work.plan {
         return plans(typed, fields);
     }
@@ -129,7 +127,7 @@ fn print_json(field: &Path, analyzed: &Result<Finished, Failure>) -> Result<(), 
     let line = match analyzed {
         Ok(finished) => {
             let summary: Value = serde_json::from_str(&finished.json)?;
-            json!({ "field": field, "result": finished.published.display().to_string(), "summary": summary })
+            json!({ "field": field, "result": finished.main.parent(), "summary": summary })
         }
         Err(failure) => json!({ "field": field, "error": failure.text() }),
     };
@@ -194,14 +192,8 @@ fn named(row: &FieldRow, why: &str) -> String {
 fn summary(rows: &[FieldRow]) -> Summary {
     let (fields, verdicts) = verdicts_in_words(rows);
     let mut summary = Summary::new(&fields, &verdicts);
-    let found = rows.iter().filter_map(|row| match &row.outcome {
-        FieldOutcome::Headlines(found) => Some((row.name.as_str(), found.as_ref())),
-        FieldOutcome::Failed(_) => None,
-    });
-    let found: Vec<(&str, &Headlines)> = found.collect();
-    if !found.is_empty() {
-        summary.table(&verdicts_of(&found));
-        summary.table(&places_of(&found));
+    for table in fields_tables(rows) {
+        summary.table(&table);
     }
     for row in rows {
         if let Some(why) = failure_of(row) {
@@ -210,86 +202,4 @@ fn summary(rows: &[FieldRow]) -> Summary {
         }
     }
     summary
-}
-
-fn known<T>(value: Option<T>, word: impl Fn(T) -> String) -> String {
-    value.map_or("-".into(), word)
-}
-
-/// The verdict, up and down, as cells.
-fn moved(of: Option<&MovedShares>) -> [String; 3] {
-    [
-        known(of, MovedShares::word),
-        known(of.and_then(|of| of.up), share),
-        known(of.and_then(|of| of.down), share),
-    ]
-}
-
-fn share(share: f64) -> String {
-    format!("{:.1} %", 100.0 * share)
-}
-
-/// What moved, in columns that fit 80 characters.
-fn verdicts_of(found: &[(&str, &Headlines)]) -> Table {
-    let head = [
-        "field",
-        "in frequency",
-        "up",
-        "down",
-        "in wavenumber",
-        "up",
-        "down",
-    ];
-    let row = |(name, found): &(&str, &Headlines)| {
-        let along_x = moved(found.frequency.as_ref());
-        let in_time = moved(found.wavenumber.as_ref());
-        [(*name).to_owned()]
-            .into_iter()
-            .chain(along_x)
-            .chain(in_time)
-            .collect()
-    };
-    Table {
-        is_fact: true,
-        ..Table::of("", &head, found.iter().map(row))
-    }
-}
-
-/// Where it moved, energy and direction.
-fn places_of(found: &[(&str, &Headlines)]) -> Table {
-    const HEAD: [&str; 10] = [
-        "field",
-        "up past",
-        "down below",
-        "energy",
-        "from site",
-        "to",
-        "to +x",
-        "to -x",
-        "size",
-        "warnings",
-    ];
-    let row = |(name, found): &(&str, &Headlines)| {
-        let of = found.frequency.as_ref();
-        let at = |at: fn(&MovedShares) -> Option<f64>| {
-            let at = of.and_then(|of| Some((at(of)?, &of.unit)));
-            known(at, |(at, unit)| match unit.starts_with("cycles") {
-                true => number(at),
-                false => format!("{} {unit}", number(at)),
-            })
-        };
-        vec![
-            (*name).to_owned(),
-            at(|of| of.up_at),
-            at(|of| of.down_at),
-            known(found.energy_ratio, number),
-            known(found.from, |site| site.to_string()),
-            known(found.to, |site| site.to_string()),
-            known(found.toward_plus_x, share),
-            known(found.toward_minus_x, share),
-            format!("{} x {}", found.times, found.sites),
-            found.warnings.to_string(),
-        ]
-    };
-    Table::of("", &HEAD, found.iter().map(row))
 }

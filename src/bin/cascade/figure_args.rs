@@ -111,6 +111,8 @@ pub struct Drawing {
     pub formats: Vec<Format>,
     pub style: Style,
     pub present: PresentArgs,
+    /// Threads that draw, where they are not all.
+    pub threads: Option<usize>,
 }
 
 impl Drawing {
@@ -144,6 +146,7 @@ impl FigureArgs {
             formats,
             style,
             present: self.present,
+            threads: None,
         })
     }
 

@@ -8,9 +8,7 @@ use wavecascade::fit::{FitRequest, Instruments};
 use wavecascade::observer::Observer;
 
 use crate::args::Input;
-use crate::chain_args::How;
-use crate::described::{Describing, Found, Given, Publishing, Reading, ResultArgs};
-use crate::failure::Failure;
+use crate::described::{About, Describing, Found, Given, Reading, ResultArgs};
 use crate::parse;
 use crate::scene::source_of;
 
@@ -105,19 +103,14 @@ fn records(text: &str) -> Result<PathBuf, String> {
 }
 
 impl Describing for Fit {
-    fn name(&self) -> &'static str {
-        "fit"
-    }
-
-    fn how(&self) -> &How {
-        &self.result.how
-    }
-
-    fn reading(&self) -> Option<Reading<'_>> {
-        Some(Reading {
-            input: &self.input,
-            memory: None,
-        })
+    fn about(&self) -> About<'_> {
+        About {
+            reading: Some(Reading {
+                input: &self.input,
+                memory: None,
+            }),
+            ..About::of("fit", &self.result.how, [&self.field], "npy")
+        }
     }
 
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
@@ -135,19 +128,7 @@ impl Describing for Fit {
             resume: self.resume.clone(),
         };
         let found = request.run(given.field()?, &scene, observer)?;
-        Ok(Found {
-            beside: Some((SCENE, found.scene_text(&scene)?)),
-            ..Found::of(found)
-        })
-    }
-}
-
-impl Publishing for Fit {
-    fn result(&self) -> &ResultArgs {
-        &self.result
-    }
-
-    fn files(&self) -> Result<(Vec<PathBuf>, &'static str), Failure> {
-        Ok((vec![self.field.clone()], "npy"))
+        let text = found.scene_text(&scene)?;
+        Ok(Found::of(found).with_text(SCENE, text))
     }
 }

@@ -1,4 +1,4 @@
-//! Words that are no command and no option: those that there are no more, with what takes their place, files, and parts of a name.
+//! Words that are no command and no option: files, and parts of a name.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -10,34 +10,6 @@ use wavecascade::error::nearest_key;
 
 use crate::args::Cli;
 use crate::help;
-
-const GONE: [(&str, &str); 7] = [
-    (
-        "clean",
-        "the next run that writes to a folder removes what killed ones left there",
-    ),
-    (
-        "contact",
-        "`cascade scene --check` prints the coefficients of a chain",
-    ),
-    (
-        "lomb",
-        "`--resample` makes coordinates even; astropy has spectra by least squares",
-    ),
-    (
-        "settings",
-        "keep options in a script; `summary.json` holds the command line",
-    ),
-    (
-        "transfer",
-        "`cascade bicoherence --site FROM --transfer TO`",
-    ),
-    ("transmit", "`cascade attenuate --against KEY=VALUES`"),
-    (
-        "bench",
-        "`cargo run --release --locked -p throughput` in a checkout",
-    ),
-];
 
 /// Options that are looked for where they are none: the command, their names, and what serves.
 const OPTIONS: [(&str, &str, &str); 2] = [
@@ -103,9 +75,6 @@ pub fn parsed(words: Vec<OsString>) -> Cli {
 
 /// What to type for a word that is no command.
 fn instead_of(word: &str) -> Option<String> {
-    if let Some((_, instead)) = GONE.iter().find(|(gone, _)| *gone == word) {
-        return Some(format!("it is no command any more: {instead}"));
-    }
     let path = Path::new(word);
     let command = match path.extension()?.to_str()? {
         "toml" => "simulate",

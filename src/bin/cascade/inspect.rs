@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use wavecascade::analyze::{Warning, channel_findings};
 use wavecascade::field::{Axis, Inspection, OpenOptions, ScanRecord, VariableInfo, inspect};
 use wavecascade::observer::Silent;
+use wavecascade::report::{records_json, records_table};
 use wavecascade::sheet::Table;
 use wavecascade::{Error, Field};
 
@@ -16,7 +17,7 @@ use crate::analyze::open_options;
 use crate::args::Input;
 use crate::failure::Failure;
 use crate::fields::expanded;
-use crate::scan_args::{ScanArgs, records_json};
+use crate::scan_args::ScanArgs;
 use crate::table;
 use crate::terminal::{self, HEADING, number, paragraphs, print_json, styled};
 use crate::words::quoted;
@@ -123,7 +124,7 @@ pub fn run(typed: &Inspect) -> Result<(), Failure> {
     let lines: Vec<String> = [shape(field)].into_iter().chain(notes).collect();
     write!(out, "{}", paragraphs(&lines, width))?;
     if let Some(records) = &records {
-        write!(out, "\n{}", table::text(&records_table(records), width))?;
+        write!(out, "\n{}", table::text(&first_and_last(records), width))?;
     }
     if typed.channels {
         writeln!(out, "\n{}", styled(HEADING, "channels"))?;
@@ -189,24 +190,16 @@ fn variable_json(v: &VariableInfo) -> Value {
 }
 
 /// What was taken of the files of a scan: of the first and the last ones.
-fn records_table(records: &[ScanRecord]) -> Table {
+fn first_and_last(records: &[ScanRecord]) -> Table {
     const SHOWN: usize = 4;
-    let row = |record: &ScanRecord| {
-        vec![
-            record.path.display().to_string(),
-            number(record.position),
-            record.n_times.to_string(),
-            number(record.delay),
-            record.correlation.map(number).unwrap_or_default(),
-        ]
-    };
-    let mut rows: Vec<Vec<String>> = records.iter().map(row).collect();
-    if rows.len() > 2 * SHOWN {
-        let left_out = ["..", "", "", "", ""].map(str::to_owned).to_vec();
-        rows.splice(SHOWN..rows.len() - SHOWN, [left_out]);
+    let mut table = records_table(records);
+    if table.rows.len() > 2 * SHOWN {
+        let mut left_out = vec![String::new(); table.head.len()];
+        left_out[0] = "..".into();
+        let middle = SHOWN..table.rows.len() - SHOWN;
+        table.rows.splice(middle, [left_out]);
     }
-    let head = ["file", "position", "times", "delay, samples", "correlation"];
-    Table::of("", &head, rows)
+    table
 }
 
 /// The attributes of the file, its arrays, and their attributes.

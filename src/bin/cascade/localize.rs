@@ -8,19 +8,17 @@ use wavecascade::Error;
 use wavecascade::arrays::Precision;
 use wavecascade::chain::contact::{Ellipse, Material};
 use wavecascade::localized::{
-    Alternation, Comparison, Cylinders, Family, Journey, LARGEST_ORDER, Orders, Profile,
+    Alternation, Comparison, Cylinders, Family, LARGEST_ORDER, Orders, Profile, Wave,
 };
 use wavecascade::measure::{Length, Pressure};
 use wavecascade::observer::Observer;
-use wavecascade::report::{Archive, Provenance, ResultDirectory, localized_snippet, write_beside};
+use wavecascade::report::{ArrayFormat, localized_snippet, write_beside};
 use wavecascade::sheet::Describe;
 
 use crate::args::choice;
-use crate::chain_args::How;
-use crate::described::{Described, Describing, Found, Given, ResultArgs};
+use crate::described::{self, About, Describing, Found, Given, ResultArgs};
 use crate::failure::Failure;
 use crate::parse;
-use crate::words::as_text;
 
 const OUT: &str = "Directory for the results: summary.json, the page and its picture, beside table.csv and the waves, or the \
     arrays of the one wave. Without it nothing is written, but for `--profile` localized-N";
@@ -97,23 +95,6 @@ fn one_order(text: &str) -> Result<usize, String> {
 }
 
 impl Localize {
-    /// Computes the table, or the one wave that is requested.
-    fn found(&self, observer: &dyn Observer) -> Result<Localized, Error> {
-        let wave = |order: usize| self.family().search(order)?.wave(order);
-        Ok(match (self.profile, self.launch) {
-            (Some(order), _) => Localized::Profile(Profile::of(wave(order)?, HALF).into()),
-            (None, Some(order)) => {
-                let cells = self.cells.unwrap_or(TRAVELLED);
-                Localized::Journey(wave(order)?.journey(cells, observer)?)
-            }
-            (None, None) => {
-                let comparison = self.comparison()?;
-                let rows = comparison.run(observer)?;
-                Localized::Orders(Orders { comparison, rows })
-            }
-        })
-    }
-
     fn family(&self) -> Family {
         Family {
             alternation: self.alternation.into(),
@@ -144,106 +125,57 @@ const TRAVELLED: usize = 1000;
 const HALF: usize = 2000;
 const HALF_OF_MANY: usize = 1000;
 
-/// What was requested.
-enum Localized {
-    Orders(Orders),
-    Profile(Box<Profile>),
-    Journey(Journey),
-}
-
-impl Localized {
-    fn described(&self) -> &dyn Describe {
-        match self {
-            Localized::Orders(found) => found,
-            Localized::Profile(found) => &**found,
-            Localized::Journey(found) => found,
-        }
-    }
-
-    /// The script, and each wave's arrays, of a table.
-    fn write_beside(&self, directory: &Path) -> Result<(), Error> {
-        let Localized::Orders(found) = self else {
-            return Ok(());
-        };
-        write_beside(directory, "plot.py", localized_snippet().as_bytes())?;
-        let mut waves = found.rows.iter().filter_map(|row| row.wave.as_ref());
-        waves.try_for_each(|wave| {
-            let path = directory.join(format!("wave-{:02}.npz", wave.order));
-            let archive = Archive::create(&path, Precision::F64)?;
-            let profile = Profile::of(wave.clone(), HALF_OF_MANY);
-            profile.describe().write_to(&archive)?;
-            archive.finish()
-        })
-    }
+/// Writes the script, and each wave's arrays, of a table.
+fn write_waves(waves: &[Wave], directory: &Path) -> Result<(), Error> {
+    write_beside(directory, "plot.py", localized_snippet().as_bytes())?;
+    waves.iter().try_for_each(|wave| {
+        let name = format!("wave-{:02}", wave.order);
+        let archive = ArrayFormat::Npz.create(directory, &name, Precision::F64)?;
+        let profile = Profile::of(wave.clone(), HALF_OF_MANY);
+        profile.describe().write_to(&*archive)?;
+        archive.finish()
+    })
 }
 
 impl Describing for Localize {
-    fn name(&self) -> &'static str {
-        "localize"
+    fn about(&self) -> About<'_> {
+        let order = self.profile.or(self.launch);
+        About {
+            subject: order.map_or("dimer".into(), |order| format!("order {order}")),
+            ..About::of("localize", &self.result.how, [], "")
+        }
     }
 
-    fn how(&self) -> &How {
-        &self.result.how
-    }
-
+    /// The table, or the one wave that is requested.
     fn find(&self, _: Given, observer: &dyn Observer) -> Result<Found, Error> {
-        Ok(match self.found(observer)? {
-            Localized::Orders(found) => Found::of(found),
-            Localized::Profile(found) => Found::of(*found),
-            Localized::Journey(found) => Found::of(found),
+        let wave = |order: usize| self.family().search(order)?.wave(order);
+        if let Some(order) = self.profile {
+            return Ok(Found::of(Profile::of(wave(order)?, HALF)));
+        }
+        if let Some(order) = self.launch {
+            let cells = self.cells.unwrap_or(TRAVELLED);
+            return Ok(Found::of(wave(order)?.journey(cells, observer)?));
+        }
+        let comparison = self.comparison()?;
+        let rows = comparison.run(observer)?;
+        let waves: Vec<Wave> = rows.iter().filter_map(|row| row.wave.clone()).collect();
+        let unresolved = rows.iter().filter(|row| row.exact.is_none()).count();
+        Ok(Found {
+            beside: Box::new(move |directory| write_waves(&waves, directory)),
+            failed: (unresolved > 0).then(|| {
+                format!("{unresolved} of the orders could not be resolved; the others stand")
+            }),
+            ..Found::of(Orders { comparison, rows })
         })
     }
 }
 
 /// Runs the command.
 pub fn run(typed: Localize) -> Result<(), Failure> {
-    let ResultArgs {
-        out,
-        force,
-        figures,
-        how,
-    } = &typed.result;
+    let mut result = typed.result.clone();
     let default = || Some(format!("localized-{}", typed.profile?).into());
-    let out = out.clone().or_else(default);
-    let drawing = figures.drawing(None)?;
-    let progress = how.begin()?;
-    progress.begin_writing();
-    // Before any work: could the result be written?
-    let directory = out.map(|out| ResultDirectory::create(&out, *force));
-    let directory = directory.transpose()?;
-    let order = typed.profile.or(typed.launch);
-    if order.is_some() {
-        progress.wait("solving");
-    }
-    let found = typed.found(&progress)?;
-    progress.check()?;
-    let sheet = found.described().describe();
-    let described = Described {
-        found: found.described(),
-        sheet: &sheet,
-        name: "dimer",
-        provenance: &Provenance::new(as_text(), None, None),
-    };
-    let main = directory.map(|directory| {
-        let file = (directory, sheet.name);
-        described.publish(file, &drawing, &progress, |path| found.write_beside(path))
-    });
-    let main = main.transpose()?;
-    progress.clear();
-    let subject = order.map_or("dimer".into(), |order| format!("order {order}"));
-    described.tell(&subject, how, main.as_deref())?;
-    if let Some(main) = &main {
-        drawing.present(main)?;
-    }
-    let Localized::Orders(orders) = &found else {
-        return Ok(());
-    };
-    match orders.rows.iter().filter(|row| row.exact.is_none()).count() {
-        0 => Ok(()),
-        unresolved => Err(Failure::Partly(format!(
-            "{unresolved} of the orders could not be resolved; the others stand"
-        ))),
-    }
+    result.out = result.out.or_else(default);
+    described::run(&typed, &result)
 }
 
 /// A material and a radius.

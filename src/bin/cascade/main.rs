@@ -6,7 +6,6 @@ mod advice;
 mod allocator;
 mod analyze;
 mod args;
-mod arrays_file;
 mod attenuate;
 mod budget;
 mod chain_args;
@@ -88,20 +87,20 @@ fn run(cli: Cli) -> Result<(), Failure> {
             }
         }
         Command::Estimate(typed) => typed.run(),
-        Command::Budget(typed) => budget::run(*typed),
-        Command::Compare(typed) => compare::run(*typed),
+        Command::Budget(typed) => described::run(&*typed, &typed.result),
+        Command::Compare(typed) => described::run(&*typed, &typed.result),
         Command::Inspect(typed) => inspect::run(&typed),
         Command::Convert(typed) => convert::run(&typed),
         Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),
-        Command::Attenuate(typed) => attenuate::run(*typed),
+        Command::Attenuate(typed) => attenuate::run(&typed),
         Command::Localize(typed) => localize::run(*typed),
-        Command::Triads(typed) => described::run(&*typed),
-        Command::Plan(typed) => described::run(&*typed),
-        Command::Fit(typed) => described::run(&*typed),
-        Command::Design(typed) => described::run(&*typed),
+        Command::Triads(typed) => described::run(&*typed, &typed.result),
+        Command::Plan(typed) => described::run(&*typed, &typed.result),
+        Command::Fit(typed) => described::run(&*typed, &typed.result),
+        Command::Design(typed) => described::run(&*typed, &typed.result),
         Command::Examples(typed) => examples::run(typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),

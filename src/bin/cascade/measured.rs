@@ -7,15 +7,15 @@ use wavecascade::budget::measured::{
     Drift, MeasuredMotion, MeasuredOptions, Noise, Uncertainty, from_field,
 };
 use wavecascade::budget::{Budget, BudgetRequest, BudgetUnits, Integration};
-use wavecascade::chain::scene::{SceneSource, Setup, Units};
+use wavecascade::chain::scene::{Setup, Units};
 use wavecascade::field::Axis;
 use wavecascade::measure::{self, Dimension, Length, Measure, Speed, Time};
 use wavecascade::observer::Observer;
-use wavecascade::report::{ArrayFile, write_measured_arrays};
+use wavecascade::report::write_measured_arrays;
 use wavecascade::{Error, Field, Result};
 
-use crate::analyze::{open_options, print_notes};
 use crate::args::{Input, choice};
+use crate::described::Given;
 use crate::parse;
 use crate::show_args::AxisUnits;
 use crate::view_args::{ViewArgs, request_of};
@@ -76,20 +76,6 @@ choice!(DriftArg => Drift {
 pub struct MeasuredInput {
     pub motion: MeasuredMotion,
     request: BudgetRequest,
-}
-
-/// Reads a field as the record of the chain of a scene.
-pub fn read(
-    field: &Path,
-    scene: &Path,
-    typed: &MeasuredArgs,
-    views: &ViewArgs,
-    quiet: bool,
-) -> Result<MeasuredInput> {
-    let setup = SceneSource::read(scene)?.setup()?;
-    let opened = Field::open(field, &open_options(&typed.input, None))?;
-    print_notes(&opened, quiet);
-    of_field(opened, field, &setup, typed, views)
 }
 
 /// Takes a field, which messages call `path`, as the record of a chain.
@@ -200,9 +186,11 @@ fn axis_to_si<D: Dimension>(axis: &mut Axis, path: &Path, what: &str) -> Result<
 }
 
 impl MeasuredInput {
-    pub fn budget(&self, file: &dyn ArrayFile, observer: &dyn Observer) -> Result<Budget> {
-        let (budget, errors) = self.motion.run(&self.request, file, observer)?;
-        write_measured_arrays(&self.motion, &errors, &budget.units, file)?;
+    pub fn budget(&self, given: &Given, observer: &dyn Observer) -> Result<Budget> {
+        let (budget, errors) = self.motion.run(&self.request, given.sink(), observer)?;
+        if let Some(file) = given.arrays {
+            write_measured_arrays(&self.motion, &errors, &budget.units, file)?;
+        }
         Ok(budget)
     }
 }

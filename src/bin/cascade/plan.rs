@@ -11,9 +11,7 @@ use wavecascade::observer::Observer;
 use wavecascade::plan::{Criterion, NoiseLevel, PlanRequest};
 
 use crate::args::{QuantityArg, choice};
-use crate::chain_args::How;
-use crate::described::{Describing, Found, Given, Publishing, ResultArgs};
-use crate::failure::Failure;
+use crate::described::{About, Describing, Found, Given, ResultArgs};
 use crate::fit::InstrumentArgs;
 use crate::parse;
 use crate::scene::source_of;
@@ -78,12 +76,8 @@ choice!(
 );
 
 impl Describing for PlanArgs {
-    fn name(&self) -> &'static str {
-        "plan"
-    }
-
-    fn how(&self) -> &How {
-        &self.result.how
+    fn about(&self) -> About<'_> {
+        About::of("plan", &self.result.how, [&self.scene], "toml")
     }
 
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
@@ -103,15 +97,5 @@ impl Describing for PlanArgs {
             ..PlanRequest::of(&self.free, self.sensors)
         };
         Ok(Found::of(request.run(&scene, observer)?))
-    }
-}
-
-impl Publishing for PlanArgs {
-    fn result(&self) -> &ResultArgs {
-        &self.result
-    }
-
-    fn files(&self) -> Result<(Vec<PathBuf>, &'static str), Failure> {
-        Ok((vec![self.scene.clone()], "toml"))
     }
 }

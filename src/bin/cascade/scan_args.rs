@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde_json::{Value, json};
 use wavecascade::field::{EqualPositions, OpenOptions, PositionFrom, Scan, ScanRecord};
 use wavecascade::{Error, Field};
 
@@ -101,21 +100,6 @@ impl ScanArgs {
             None => Ok((Field::open(&files[0], options)?, None)),
         }
     }
-}
-
-/// What was taken of each file.
-pub fn records_json(records: &[ScanRecord]) -> Value {
-    let record = |record: &ScanRecord| {
-        json!({
-            "file": record.path.display().to_string(),
-            "position": record.position,
-            "n_times": record.n_times,
-            "delay": record.delay,
-            "left": record.left,
-            "correlation": record.correlation,
-        })
-    };
-    records.iter().map(record).collect()
 }
 
 /// The name of a result of several files: that of their folder.

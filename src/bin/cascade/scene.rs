@@ -7,6 +7,7 @@ use wavecascade::Error;
 use wavecascade::chain::scene::{
     Description, PRESETS, Preset, SceneSource, Units, preset, schema, template,
 };
+use wavecascade::measure::digits;
 use wavecascade::sheet::name_of;
 
 use crate::chain_args::SceneCommand;
@@ -176,16 +177,6 @@ fn run_lines(lines: &mut Lines, d: &Description) {
     };
     if let Some(steps) = d.work.steps {
         lines.line("work", &format!("about {steps:.1e} steps, {limit}"));
-    }
-}
-
-/// A number with enough digits to distinguish chains.
-pub fn digits(x: f64) -> String {
-    let digits = (6 - x.abs().max(1e-300).log10().floor() as i32).clamp(0, 12) as usize;
-    let text = format!("{x:.digits$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
     }
 }
 

@@ -147,41 +147,33 @@ impl Summary {
         text + &set(&self.cut_warnings(width, room), width) + &closing
     }
 
-    /// Warnings in so many lines: their messages first, then what to do about them.
+    /// Warnings in so many lines: their messages, and what to do about them where all messages have room.
     fn cut_warnings(&self, width: usize, mut room: usize) -> Vec<(Tone, String)> {
         let lines = |tone: Tone, text: &str| lines_of(tone, text, width);
-        let mut shown = 0;
-        for (n, [message, _]) in self.warnings.iter().enumerate() {
-            let is_last = n + 1 == self.warnings.len();
-            let needed = lines(Tone::Warning, message) + usize::from(!is_last);
-            if needed > room && !(n == 0 && is_last) {
+        let message_lines = |of: &[String; 2]| lines(Tone::Warning, &of[0]);
+        let mut said = Vec::new();
+        for (n, warning) in self.warnings.iter().enumerate() {
+            let (own, later) = (message_lines(warning), &self.warnings[n + 1..]);
+            if n > 0 && own + usize::from(!later.is_empty()) > room {
+                let plural = if later.is_empty() { "" } else { "s" };
+                let text = format!("{} more warning{plural}: --verbose", later.len() + 1);
+                said.push((Tone::Note, text));
                 break;
             }
-            room = room.saturating_sub(lines(Tone::Warning, message));
-            shown += 1;
-        }
-        let left = self.warnings.len() - shown;
-        room = room.saturating_sub(usize::from(left > 0));
-        let mut said = Vec::new();
-        for [message, advice] in &self.warnings[..shown] {
+            room = room.saturating_sub(own);
+            let [message, advice] = warning;
             let joined = format!("{message} -> {advice}");
-            if advice.is_empty() {
-                said.push((Tone::Warning, message.clone()));
-            } else if lines(Tone::Warning, &joined) == lines(Tone::Warning, message) {
+            let reserved: usize = later.iter().map(message_lines).sum();
+            let needed = lines(Tone::Help, advice) + reserved;
+            if !advice.is_empty() && lines(Tone::Warning, &joined) == own {
                 said.push((Tone::Warning, joined));
-            } else {
-                said.push((Tone::Warning, message.clone()));
-                let needed = lines(Tone::Help, advice);
-                if needed <= room {
-                    room -= needed;
-                    said.push((Tone::Help, advice.clone()));
-                }
+                continue;
             }
-        }
-        if left > 0 {
-            let plural = if left > 1 { "s" } else { "" };
-            let text = format!("{left} more warning{plural}: --verbose");
-            said.push((Tone::Note, text));
+            said.push((Tone::Warning, message.clone()));
+            if !advice.is_empty() && needed <= room {
+                room -= needed - reserved;
+                said.push((Tone::Help, advice.clone()));
+            }
         }
         said
     }

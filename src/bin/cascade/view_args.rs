@@ -13,7 +13,7 @@ use crate::parse;
 use crate::show_args::AxisUnits;
 
 /// Options of the budgets.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "The budgets")]
 pub struct ViewArgs {
     /// Compute these beside the balance in real space alone.

@@ -50,23 +50,23 @@ impl Describe for Budget {
 
 /// Two budgets with their names.
 #[derive(Debug, Clone)]
-pub struct ComparedBudgets<'a> {
-    pub both: [(&'a str, &'a Budget); 2],
+pub struct ComparedBudgets {
+    pub both: [(String, Budget); 2],
     /// Those of their files.
     pub summaries: [Value; 2],
 }
 
-impl Describe for ComparedBudgets<'_> {
+impl Describe for ComparedBudgets {
     /// The numbers of both and their difference.
     fn describe(&self) -> Sheet<'_> {
         let [first, second] = &self.summaries;
-        let [(name, _), (other, of)] = self.both;
-        let mut tables = table::tables(&[(name, first), (other, second)], &of.units);
+        let [(name, _), (other, of)] = &self.both;
+        let mut tables = table::tables(&[(&**name, first), (other, second)], &of.units);
         tables[0].is_fact = true;
         let mut sheet = Sheet {
             version: 2,
             about: "two chains; pictures of one kind share their colour scale".into(),
-            answer: difference_in_words(self.both),
+            answer: difference_in_words(&self.both),
             tables,
             ..Sheet::of("compare", "Two energy budgets", DEFINITIONS)
         };
@@ -76,7 +76,7 @@ impl Describe for ComparedBudgets<'_> {
     }
 
     fn figures(&self) -> Vec<FigureLayout> {
-        pictures::figures(&self.both)
+        pictures::figures(&self.both.each_ref().map(|(name, of)| (&**name, of)))
     }
 }
 
@@ -267,8 +267,8 @@ impl Budget {
 }
 
 /// How far apart two runs are: by what passes between wavenumbers.
-fn difference_in_words(both: [(&str, &Budget); 2]) -> String {
-    let [Some(a), Some(b)] = both.map(|(_, budget)| budget.largest_passage()) else {
+fn difference_in_words(both: &[(String, Budget); 2]) -> String {
+    let [Some(a), Some(b)] = both.each_ref().map(|(_, of)| of.largest_passage()) else {
         return "no passage over wavenumbers is computed of both".into();
     };
     let percent = |share: f64| format!("{:.1} %", 100.0 * share.abs());

@@ -6,9 +6,9 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::super::archive::npy_header;
-use super::super::netcdf::{ArrayLabels, Attribute, KEPT_FOR_A_FIELD, NetCdf};
+use super::super::netcdf::{KEPT_FOR_A_FIELD, NetCdf};
 use super::super::samples::{Order, bytes_of, in_bytes};
-use super::super::{Archive, LabelledArrays};
+use super::super::{Archive, ArrayFile, ArrayLabels, Attribute};
 use super::blocks::{each_block, each_profile};
 use super::{FIELD_SCHEMA, MARK};
 use crate::arrays::Precision;
@@ -34,37 +34,57 @@ fn put_profiles(
     profiles.try_for_each(|(n, profile)| write(first + n * n_sites, profile))
 }
 
-/// Coordinates of an axis; none of one that only counts, which states nothing.
-fn places(axis: &Axis, count: usize) -> Option<Vec<f64>> {
-    (*axis != Axis::index()).then(|| (0..count).map(|i| axis.at(i)).collect())
+/// Writes coordinates of an axis by `add`, which takes the name, the unit and the step too; nothing of one that only
+/// counts.
+fn each_axis(field: &Field, mut add: impl FnMut(&str, &Axis, &[f64]) -> Result<()>) -> Result<()> {
+    for (name, axis, count) in [
+        ("time", &field.time, field.n_times()),
+        ("position", &field.space, field.n_sites()),
+    ] {
+        if *axis != Axis::index() {
+            let places: Vec<f64> = (0..count).map(|i| axis.at(i)).collect();
+            add(name, axis, &places)?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes the samples to a file of arrays, with an attribute for gaps.
+fn samples(file: &dyn ArrayFile, field: &Field, observer: &dyn Observer) -> Result<()> {
+    let sites = field.n_sites();
+    let axes = [("time", field.n_times()), ("position", sites)];
+    let labels = ArrayLabels {
+        unit: field.unit.as_deref().unwrap_or_default(),
+        ..ArrayLabels::of(field.quantity.name(), &axes)
+    };
+    let place = file.reserve_array(&labels, field.precision())?;
+    // A gap is no number; without this, the number that NetCDF leaves in what was never written is one.
+    let gap = match field.precision() {
+        Precision::F64 => Attribute::Number(f64::NAN),
+        Precision::F32 => Attribute::Single(f32::NAN),
+    };
+    file.describe(labels.name, vec![("_FillValue", gap)]);
+    let Some(place) = place else { return Ok(()) };
+    each_block(field, observer, |t, s, values| {
+        put_profiles(sites, (t, s), values, |first, values| {
+            file.write_samples(place, first, values)
+        })
+    })
 }
 
 pub(super) fn archive(working: &Path, field: &Field, observer: &dyn Observer) -> Result<()> {
     let archive = Archive::create(working, Precision::F64)?;
-    let (times, sites) = (field.n_times(), field.n_sites());
-    let quantity = field.quantity.name();
-    archive.append_text("schema", FIELD_SCHEMA)?;
-    let member = archive.reserve_room(quantity, &[times, sites], field.precision(), None)?;
-    each_block(field, observer, |t, s, values| {
-        put_profiles(sites, (t, s), values, |first, values| {
-            archive.write_samples(member, first, values)
-        })
-    })?;
     let unit = |name: &str, unit: Option<&str>| match unit {
         Some(unit) => archive.append_text(&format!("{name}_unit"), unit),
         None => Ok(()),
     };
-    unit(quantity, field.unit.as_deref())?;
-    for (name, axis, count) in [
-        ("time", &field.time, times),
-        ("position", &field.space, sites),
-    ] {
-        let Some(places) = places(axis, count) else {
-            continue;
-        };
-        archive.append(name, &[count], &places)?;
-        unit(name, axis.unit.as_deref())?;
-    }
+    archive.append_text("schema", FIELD_SCHEMA)?;
+    samples(&archive, field, observer)?;
+    unit(field.quantity.name(), field.unit.as_deref())?;
+    each_axis(field, |name, axis, places| {
+        archive.append(&ArrayLabels::of(name, &[(name, places.len())]), places)?;
+        unit(name, axis.unit.as_deref())
+    })?;
     if let Some(dispersion) = &field.dispersion {
         archive.append_text("dispersion", dispersion)?;
     }
@@ -73,7 +93,6 @@ pub(super) fn archive(working: &Path, field: &Field, observer: &dyn Observer) ->
 
 pub(super) fn netcdf(working: &Path, field: &Field, observer: &dyn Observer) -> Result<()> {
     let file = NetCdf::create_keeping(working, Precision::F64, KEPT_FOR_A_FIELD)?;
-    let (times, sites) = (field.n_times(), field.n_sites());
     let text = |text: &str| Attribute::Text(text.into());
     file.attribute("schema", text(FIELD_SCHEMA));
     file.attribute(
@@ -87,45 +106,22 @@ pub(super) fn netcdf(working: &Path, field: &Field, observer: &dyn Observer) -> 
     if let Some(site) = field.struck.and_then(|site| i32::try_from(site).ok()) {
         file.attribute("struck_site", Attribute::Integer(site));
     }
-    // Words such as `seconds` would be taken for a time of day.
-    let time_unit = field.time.unit.as_deref().unwrap_or_default();
-    let time_unit = measure::symbol::<Time>(time_unit).unwrap_or(time_unit);
-    let space_unit = field.space.unit.as_deref().unwrap_or_default();
-    for (name, axis, count, unit) in [
-        ("time", &field.time, times, time_unit),
-        ("position", &field.space, sites, space_unit),
-    ] {
-        let Some(places) = places(axis, count) else {
-            continue;
-        };
+    each_axis(field, |name, axis, places| {
+        let unit = axis.unit.as_deref().unwrap_or_default();
+        let axes = [(name, places.len())];
         let labels = ArrayLabels {
-            name,
-            axes: &[(name, count)],
-            unit,
-            about: "",
+            // Words such as `seconds` would be taken for a time of day.
+            unit: match name {
+                "time" => measure::symbol::<Time>(unit).unwrap_or(unit),
+                _ => unit,
+            },
+            ..ArrayLabels::of(name, &axes)
         };
-        file.append(&labels, &places)?;
+        file.append(&labels, places)?;
         file.describe(name, vec![("step", Attribute::Number(axis.step))]);
-    }
-    let name = field.quantity.name();
-    let labels = ArrayLabels {
-        name,
-        axes: &[("time", times), ("position", sites)],
-        unit: field.unit.as_deref().unwrap_or_default(),
-        about: "",
-    };
-    let variable = file.reserve_array(&labels, field.precision())?;
-    // A gap is no number; without this, the number that NetCDF leaves in what was never written is one.
-    let gap = match field.precision() {
-        Precision::F64 => Attribute::Number(f64::NAN),
-        Precision::F32 => Attribute::Single(f32::NAN),
-    };
-    file.describe(name, vec![("_FillValue", gap)]);
-    each_block(field, observer, |t, s, values| {
-        put_profiles(sites, (t, s), values, |first, values| {
-            file.write_samples(variable, first, values)
-        })
+        Ok(())
     })?;
+    samples(&file, field, observer)?;
     file.finish()
 }
 

@@ -3,16 +3,7 @@
 //! Layout: NetCDF User's Guide, "File Format Specifications" (CDF-2, CDF-5). All numbers are big-endian.
 
 use crate::arrays::Precision;
-
-/// A value beside a file or a variable.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Attribute {
-    Text(String),
-    Number(f64),
-    /// In single precision, which a fill value of such an array has to be.
-    Single(f32),
-    Integer(i32),
-}
+use crate::report::Attribute;
 
 /// What the header says.
 #[derive(Debug, Default)]
@@ -186,7 +177,6 @@ mod tests {
     fn long_arrays_have_long_lengths() {
         let header = |len: u64, size: u64| Header {
             dimensions: vec![("x".into(), len)],
-            attributes: Vec::new(),
             variables: vec![Variable {
                 name: "v".into(),
                 dimensions: vec![0],
@@ -195,6 +185,7 @@ mod tests {
                 begin: 0,
                 size,
             }],
+            ..Header::default()
         };
         for (len, size, version) in [
             (1 << 30, 0xffff_fffc, 2),

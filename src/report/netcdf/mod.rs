@@ -9,35 +9,13 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use ndarray::ArrayView2;
-
-use super::LabelledArrays;
 use super::samples::{Order, bytes_of, in_bytes};
-use crate::arrays::{LargeArray, Precision, Sink, in_runs};
+use super::{ArrayFile, ArrayLabels, Attribute};
+use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::system::file_io::{allocate, begin_sync, read_at, write_at};
 
-pub use header::Attribute;
 use header::{Header, Variable};
-
-/// What an array of a file is called, what its axes count, and its unit.
-#[derive(Debug, Clone, Copy)]
-pub struct ArrayLabels<'a> {
-    pub name: &'a str,
-    /// Name and length of each axis, the slowest first. An array of one dimension with the name of its
-    /// axis holds the coordinates of that axis.
-    pub axes: &'a [(&'a str, usize)],
-    /// Empty for none.
-    pub unit: &'a str,
-    /// What it is in words; empty for none.
-    pub about: &'a str,
-}
-
-impl ArrayLabels<'_> {
-    pub(super) fn shape(&self) -> Vec<usize> {
-        self.axes.iter().map(|(_, len)| *len).collect()
-    }
-}
 
 /// A NetCDF file being written: classic with offsets of 64 bits (CDF-2), or, where an array takes 4 GiB
 /// or more, with lengths of 64 bits, too (CDF-5).
@@ -55,8 +33,6 @@ pub struct NetCdf {
 #[derive(Debug)]
 struct State {
     header: Header,
-    /// The place of each large array among the variables.
-    large: Vec<(LargeArray, usize)>,
     /// Bytes before the samples.
     kept: u64,
     end: u64,
@@ -92,19 +68,30 @@ impl NetCdf {
             precision,
             state: Mutex::new(State {
                 header: Header::default(),
-                large: Vec::new(),
                 kept,
                 end: kept,
             }),
         })
     }
 
-    /// Reserves the space of an array; returns its place.
-    pub(super) fn reserve_array(
-        &self,
-        labels: &ArrayLabels,
-        precision: Precision,
-    ) -> Result<usize> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, State> {
+        self.state
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+/// An array whose name another has is an error, one without samples is left out.
+impl ArrayFile for NetCdf {
+    fn precision(&self) -> Precision {
+        self.precision
+    }
+
+    fn reserve_array(&self, labels: &ArrayLabels, precision: Precision) -> Result<Option<usize>> {
+        let samples: u64 = labels.axes.iter().map(|(_, len)| *len as u64).product();
+        if samples == 0 {
+            return Ok(None);
+        }
         let mut state = self.lock();
         let is_there = |variable: &Variable| variable.name == labels.name;
         if state.header.variables.iter().any(is_there) {
@@ -112,8 +99,7 @@ impl NetCdf {
             let twice = std::io::Error::new(std::io::ErrorKind::InvalidInput, message);
             return Err(Error::write("reserve room in", &self.path)(twice));
         }
-        let samples = labels.axes.iter().map(|(_, len)| *len as u64);
-        let size = samples.product::<u64>() * bytes_of(precision);
+        let size = samples * bytes_of(precision);
         let begin = state.end.next_multiple_of(ALIGNMENT);
         // The netCDF library expects the padding of the last array, too.
         let end = (begin + size).next_multiple_of(4);
@@ -122,9 +108,8 @@ impl NetCdf {
         let axes = labels.axes.iter();
         let dimensions = axes.map(|(name, len)| state.dimension(name, *len as u64));
         let dimensions = dimensions.collect();
-        let texts = [("units", labels.unit), ("long_name", labels.about)];
-        let texts = texts.into_iter().filter(|(_, text)| !text.is_empty());
-        let attributes = texts.map(|(name, text)| (name.into(), Attribute::Text(text.into())));
+        let attributes = labels.attributes().into_iter();
+        let attributes = attributes.map(|(name, value)| (name.into(), value));
         state.header.variables.push(Variable {
             name: labels.name.into(),
             dimensions,
@@ -134,16 +119,21 @@ impl NetCdf {
             size,
         });
         state.end = end;
-        Ok(state.header.variables.len() - 1)
+        Ok(Some(state.header.variables.len() - 1))
     }
 
-    /// Writes samples of an array from its sample `first` on.
-    pub(super) fn write_samples(
-        &self,
-        variable: usize,
-        first: usize,
-        values: &[f64],
-    ) -> Result<()> {
+    fn find_array(&self, name: &str) -> Option<(usize, usize)> {
+        let header = &self.lock().header;
+        let variables = &header.variables;
+        let place = variables.iter().position(|one| one.name == name)?;
+        let columns = variables[place].dimensions.get(1);
+        Some((
+            place,
+            columns.map_or(1, |&at| header.dimensions[at].1 as usize),
+        ))
+    }
+
+    fn write_samples(&self, variable: usize, first: usize, values: &[f64]) -> Result<()> {
         let (begin, precision) = {
             let state = self.lock();
             let variable = &state.header.variables[variable];
@@ -155,11 +145,23 @@ impl NetCdf {
         })
     }
 
+    fn describe(&self, array: &str, attributes: Vec<(&'static str, Attribute)>) {
+        let mut state = self.lock();
+        let mut variables = state.header.variables.iter_mut();
+        if let Some(variable) = variables.find(|variable| variable.name == array) {
+            for (name, value) in attributes {
+                variable.attributes.retain(|(known, _)| known != name);
+                variable.attributes.push((name.into(), value));
+            }
+        }
+    }
+
+    fn attribute(&self, name: &str, value: Attribute) {
+        self.lock().header.attributes.push((name.into(), value));
+    }
+
     /// Writes the header.
-    ///
-    /// # Errors
-    /// [`Error::Write`].
-    pub fn finish(self) -> Result<()> {
+    fn finish(&self) -> Result<()> {
         let failed = |action| Error::write(action, &self.path);
         let mut state = self.lock();
         let needed = state.header.encode().len() as u64;
@@ -173,39 +175,6 @@ impl NetCdf {
         self.file.set_len(state.end).map_err(failed("finish"))?;
         begin_sync(&self.file);
         Ok(())
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, State> {
-        self.state
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
-    }
-}
-
-/// An array whose name another has is an error, one without samples is left out.
-impl LabelledArrays for NetCdf {
-    fn append(&self, labels: &ArrayLabels, values: &[f64]) -> Result<()> {
-        debug_assert_eq!(labels.shape().iter().product::<usize>(), values.len());
-        if values.is_empty() {
-            return Ok(());
-        }
-        let variable = self.reserve_array(labels, self.precision)?;
-        self.write_samples(variable, 0, values)
-    }
-
-    fn describe(&self, array: &str, attributes: Vec<(&str, Attribute)>) {
-        let mut state = self.lock();
-        let mut variables = state.header.variables.iter_mut();
-        if let Some(variable) = variables.find(|variable| variable.name == array) {
-            let named = attributes
-                .into_iter()
-                .map(|(name, value)| (name.into(), value));
-            variable.attributes.extend(named);
-        }
-    }
-
-    fn attribute(&self, name: &str, value: Attribute) {
-        self.lock().header.attributes.push((name.into(), value));
     }
 }
 
@@ -249,65 +218,18 @@ impl State {
     }
 }
 
-impl Sink for NetCdf {
-    fn reserve(&self, array: LargeArray, (rows, columns): (usize, usize)) -> Result<()> {
-        if rows * columns == 0 {
-            return Ok(());
-        }
-        let [first, second] = array.axes();
-        let labels = ArrayLabels {
-            name: array.name(),
-            axes: &[(first, rows), (second, columns)],
-            unit: "",
-            about: "",
-        };
-        let variable = self.reserve_array(&labels, self.precision)?;
-        self.lock().large.push((array, variable));
-        Ok(())
-    }
-
-    fn put(
-        &self,
-        array: LargeArray,
-        row: usize,
-        column: usize,
-        block: ArrayView2<f64>,
-    ) -> Result<()> {
-        let (variable, columns) = {
-            let state = self.lock();
-            let found = state.large.iter().find(|(large, _)| *large == array);
-            let Some(&(_, variable)) = found else {
-                return Ok(());
-            };
-            let columns = state.header.variables[variable].dimensions[1];
-            (variable, state.header.dimensions[columns].1 as usize)
-        };
-        in_runs(block, (row, column), columns, |first, values| {
-            self.write_samples(variable, first, values)
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use ndarray::{Array2, s};
     use wavecascade_formats::{Container, Format, Options};
 
     use super::*;
+    use crate::arrays::{LargeArray, Sink};
 
     fn read(path: &Path) -> Container {
         let bytes = std::fs::read(path).unwrap();
         let format = Format::detect("a.nc", &bytes).unwrap();
         wavecascade_formats::open(format, std::sync::Arc::new(bytes), &Options::default()).unwrap()
-    }
-
-    fn labels<'a>(name: &'a str, axes: &'a [(&'a str, usize)]) -> ArrayLabels<'a> {
-        ArrayLabels {
-            name,
-            axes,
-            unit: "",
-            about: "",
-        }
     }
 
     fn bits(container: &Container, name: &str) -> Vec<u64> {
@@ -335,7 +257,7 @@ mod tests {
             file.reserve(LargeArray::SPATIAL_SPECTRUM, (rows, columns))
                 .unwrap();
             let axis = [1.0, 2.0, f64::NAN];
-            file.append(&labels("\u{f8}rsted", &[("\u{3b1}", 3)]), &axis)
+            file.append(&ArrayLabels::of("\u{f8}rsted", &[("\u{3b1}", 3)]), &axis)
                 .unwrap();
             for part in [8..11, 0..8] {
                 let block = whole.slice(s![.., part.clone()]);
@@ -370,14 +292,16 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.nc");
         let file = NetCdf::create(&path, Precision::F32).unwrap();
-        file.append(&labels("a", &[("x", 2)]), &[0.1, 0.2]).unwrap();
-        file.append(&labels("b", &[("x", 3)]), &[1.0, 2.0, 3.0])
+        file.append(&ArrayLabels::of("a", &[("x", 2)]), &[0.1, 0.2])
             .unwrap();
-        file.append(&labels("c", &[("x", 3)]), &[1.0, 2.0, 3.0])
+        file.append(&ArrayLabels::of("b", &[("x", 3)]), &[1.0, 2.0, 3.0])
             .unwrap();
-        file.append(&labels("none", &[("y", 0)]), &[]).unwrap();
+        file.append(&ArrayLabels::of("c", &[("x", 3)]), &[1.0, 2.0, 3.0])
+            .unwrap();
+        file.append(&ArrayLabels::of("none", &[("y", 0)]), &[])
+            .unwrap();
         assert!(matches!(
-            file.append(&labels("a", &[("x", 2)]), &[1.0, 2.0]),
+            file.append(&ArrayLabels::of("a", &[("x", 2)]), &[1.0, 2.0]),
             Err(Error::Write { .. })
         ));
         file.finish().unwrap();

@@ -10,7 +10,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, Render, html as markup};
 use serde::Serialize;
 
 use crate::plot::{self, ColorScale, Colormap, Depth, Style};
-use crate::unit::scientific;
+use crate::sheet::Warning;
 pub(super) use curves::CurveGroup;
 pub(super) use map::MapData;
 use map::page_opens;
@@ -280,16 +280,16 @@ pub(super) fn facts(named: &[(&str, String)]) -> Markup {
 }
 
 /// Each warning with what to do about it, if that is known. Without warnings, nothing.
-pub(super) fn warnings(warnings: &[(String, Option<String>)]) -> Markup {
+pub(super) fn warnings(warnings: &[Warning]) -> Markup {
     markup! {
         @if !warnings.is_empty() {
             section id="warnings" aria-labelledby="warnings-heading" {
                 h2 id="warnings-heading" { "Warnings" }
                 ul {
-                    @for (warning, advice) in warnings {
+                    @for Warning { message, advice, .. } in warnings {
                         li class="warning" {
-                            strong { (sentence_case(warning)) "." }
-                            @if let Some(advice) = advice { " " (prose(&sentence_case(advice))) "." }
+                            strong { (sentence_case(message)) "." }
+                            @if !advice.is_empty() { " " (prose(&sentence_case(advice))) "." }
                         }
                     }
                 }
@@ -308,38 +308,28 @@ pub(super) fn numbers(tables: Markup) -> Markup {
     }
 }
 
-/// A table of names and values.
-pub(super) fn table<N: Render>(title: &str, rows: &[(N, String)]) -> Markup {
-    markup! {
+/// A table, without a head of names and values; one of several columns scrolls by itself where it is wide.
+pub(super) fn table<C: Render>(title: &str, head: &[String], rows: &[Vec<C>]) -> Markup {
+    let whole = markup! {
         table {
             caption { (title) }
-            tbody {
-                @for (name, value) in rows {
-                    tr { th scope="row" { (name) } td { (prose(value)) } }
-                }
-            }
-        }
-    }
-}
-
-/// A table of several columns; a wide one scrolls by itself.
-pub(super) fn grid<C: Render>(title: &str, head: &[&str], rows: &[Vec<C>]) -> Markup {
-    markup! {
-        div class="scroll" {
-            table {
-                caption { (title) }
+            @if !head.is_empty() {
                 thead { tr { @for name in head { th scope="col" { (name) } } } }
-                tbody {
-                    @for row in rows {
-                        tr {
-                            @for (index, cell) in row.iter().enumerate() {
-                                @if index == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
-                            }
+            }
+            tbody {
+                @for row in rows {
+                    tr {
+                        @for (index, cell) in row.iter().enumerate() {
+                            @if index == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
                         }
                     }
                 }
             }
         }
+    };
+    match head.is_empty() {
+        true => whole,
+        false => markup! { div class="scroll" { (whole) } },
     }
 }
 
@@ -356,7 +346,7 @@ pub(super) fn folded(id: &str, title: &str, content: Markup) -> Markup {
 }
 
 /// How the pictures are used, and what words mean.
-pub(super) fn how_to_read(definitions: &[(&str, &str)]) -> Markup {
+pub(super) fn how_to_read(definitions: &[[&str; 2]]) -> Markup {
     let content = markup! {
         p {
             "Hover a picture to read it, drag to zoom, double-click to reset; with a finger, tap to \
@@ -367,7 +357,7 @@ pub(super) fn how_to_read(definitions: &[(&str, &str)]) -> Markup {
              move the pick, + and − zoom, 0 resets."
         }
         dl {
-            @for (term, meaning) in definitions { dt { (term) } dd { (meaning) } }
+            @for [term, meaning] in definitions { dt { (term) } dd { (meaning) } }
         }
     };
     folded("how-to-read", "How to read this", content)
@@ -388,19 +378,5 @@ pub(super) fn prose(text: &str) -> Markup {
         @for (index, part) in text.split('`').enumerate() {
             @if index % 2 == 1 { code { (part) } } @else { (part) }
         }
-    }
-}
-
-/// Up to five significant digits, as they are printed; `undefined` for what is not finite.
-pub(super) fn number(value: f64) -> String {
-    let size = value.abs();
-    match value {
-        _ if !value.is_finite() => "undefined".into(),
-        0.0 => "0".into(),
-        _ if (1e-3..1e6).contains(&size) => {
-            let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
-            rounded.to_string().replace('-', "−")
-        }
-        _ => scientific(value, 3).replace('-', "−"),
     }
 }

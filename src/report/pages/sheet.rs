@@ -25,31 +25,30 @@ pub fn sheet_html(
             .filter(|fact| fact.is_detail == is_detail);
         facts.map(|fact| (&*fact.name, fact.text.clone())).collect()
     };
-    let warnings = sheet.warnings.iter().map(|warning| {
-        let advice = (!warning.advice.is_empty()).then(|| warning.advice.clone());
-        (warning.message.clone(), advice)
-    });
-    let definitions: Vec<(&str, &str)> = sheet
-        .definitions
-        .iter()
-        .map(|[term, meaning]| (*term, *meaning))
-        .collect();
+    let details = of(true).into_iter();
+    let details = Table {
+        title: "Details".into(),
+        rows: details
+            .map(|(name, text)| vec![name.to_owned(), text])
+            .collect(),
+        ..Table::default()
+    };
     let json = sheet.summary(provenance)?;
     let page = Page {
         title: format!("{}: {data}", sheet.title),
         sentence: sheet.about.clone(),
         answers: page::facts(&of(false)),
-        warnings: page::warnings(&warnings.collect::<Vec<_>>()),
+        warnings: page::warnings(&sheet.warnings),
         rows: rows(&found.figures()),
         rest: markup! {
             (page::numbers(markup! {
                 div class="tables" {
                     @for one in sheet.tables.iter().filter(|table| table.is_fact) { (table(one)) }
-                    @if !of(true).is_empty() { (page::table("Details", &of(true))) }
+                    @if !details.rows.is_empty() { (table(&details)) }
                     @for one in sheet.tables.iter().filter(|table| !table.is_fact) { (table(one)) }
                 }
             }))
-            @if !definitions.is_empty() { (page::how_to_read(&definitions)) }
+            @if !sheet.definitions.is_empty() { (page::how_to_read(&sheet.definitions)) }
             (page::folded("json", "summary.json", markup! { pre { (json) } }))
         },
         style: *style,
@@ -110,17 +109,11 @@ fn picture(id: String, title: String, plot: &Plot) -> Option<Picture> {
 }
 
 fn table(table: &Table) -> Markup {
-    match table.head.is_empty() {
-        true => {
-            let rows = table.rows.iter();
-            let rows: Vec<(&str, String)> = rows
-                .filter_map(|row| Some((&**row.first()?, row.get(1)?.clone())))
-                .collect();
-            page::table(&table.title, &rows)
-        }
-        false => {
-            let head: Vec<&str> = table.head.iter().map(String::as_str).collect();
-            page::grid(&table.title, &head, &table.rows)
-        }
-    }
+    let rows = table.rows.iter();
+    let rows = rows.map(|row| row.iter().map(|cell| page::prose(cell)).collect());
+    page::table(
+        &table.title,
+        &table.head,
+        &rows.collect::<Vec<Vec<Markup>>>(),
+    )
 }

@@ -8,7 +8,7 @@ mod write;
 
 use std::path::Path;
 
-use super::LabelledArrays;
+use super::ArrayFile;
 use super::new_file::NewFile;
 use crate::chain::Run;
 use crate::chain::scene::Setup;
@@ -92,7 +92,7 @@ impl RunFile {
     pub fn hand_over(
         setup: &Setup,
         run: &Run,
-        file: &dyn LabelledArrays,
+        file: &dyn ArrayFile,
         observer: &dyn Observer,
     ) -> Result<()> {
         write::labelled(Path::new("the run"), setup, run, file, observer)

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::super::{Archive, ArrayLabels, Attribute, LabelledArrays, NetCdf};
+use super::super::{Archive, ArrayFile, ArrayLabels, Attribute, NetCdf};
 use super::RUN_SCHEMA;
 use super::read::SAME;
 use crate::arrays::Precision;
@@ -86,7 +86,7 @@ pub(super) fn archive(
     let archive = Archive::create(path, Precision::F64)?;
     archive.append_text("schema", RUN_SCHEMA)?;
     let hashes = each_array(setup, run, observer, &mut |labels, values| {
-        archive.append(labels.name, &labels.shape(), values)?;
+        archive.append(labels, values)?;
         match labels.unit {
             "" => Ok(()),
             unit => archive.append_text(&format!("{}_unit", labels.name), unit),
@@ -113,7 +113,7 @@ pub(super) fn labelled(
     path: &Path,
     setup: &Setup,
     run: &Run,
-    file: &dyn LabelledArrays,
+    file: &dyn ArrayFile,
     observer: &dyn Observer,
 ) -> Result<()> {
     let text = |text: &str| Attribute::Text(text.into());
@@ -172,43 +172,38 @@ fn each_array(
 }
 
 fn arrays(setup: &Setup, run: &Run, observer: &dyn Observer, add: Add) -> Result<()> {
-    let units = UnitNames::of(setup);
+    // A run without units has none of these.
+    let unit = |of: &'static str| match setup.units {
+        Units::None => "",
+        Units::Si => of,
+    };
     // A new array is contiguous, in order.
     let time = run.time.as_slice().unwrap_or_default();
-    line(add, ["time", "time"], time, units.time)?;
+    line(add, ["time", "time"], time, unit("s"))?;
     observer.stage("writing", 7);
+    let resonators = [&run.resonator_displacement, &run.resonator_velocity];
     for (name, axis, array, unit) in [
-        ("velocity", "position", Some(&run.velocity), units.speed),
-        (
-            "displacement",
-            "position",
-            run.displacement.as_ref(),
-            units.length,
-        ),
-        ("force", "contact_position", run.force.as_ref(), units.force),
+        ("velocity", SITES, Some(&run.velocity), unit("m/s")),
+        ("displacement", SITES, run.displacement.as_ref(), unit("m")),
+        ("force", CONTACTS, run.force.as_ref(), unit("N")),
         (
             "energy_passed",
-            "contact_position",
+            CONTACTS,
             run.energy_passed.as_ref(),
-            units.energy,
+            unit("J"),
         ),
-        (
-            "energy_lost",
-            "position",
-            run.energy_lost.as_ref(),
-            units.energy,
-        ),
+        ("energy_lost", SITES, run.energy_lost.as_ref(), unit("J")),
         (
             "resonator_displacement",
-            "position",
-            run.resonator_displacement.as_ref(),
-            units.length,
+            SITES,
+            resonators[0].as_ref(),
+            unit("m"),
         ),
         (
             "resonator_velocity",
-            "position",
-            run.resonator_velocity.as_ref(),
-            units.speed,
+            SITES,
+            resonators[1].as_ref(),
+            unit("m/s"),
         ),
     ] {
         observer.advance(1);
@@ -216,105 +211,75 @@ fn arrays(setup: &Setup, run: &Run, observer: &dyn Observer, add: Add) -> Result
         let Some(array) = array.filter(|array| array.ncols() > 0) else {
             continue;
         };
+        let axes = [("time", array.nrows()), (axis, array.ncols())];
         let labels = ArrayLabels {
-            name,
-            axes: &[("time", array.nrows()), (axis, array.ncols())],
-            unit: unit.unwrap_or_default(),
-            about: "",
+            unit,
+            ..ArrayLabels::of(name, &axes)
         };
         add(&labels, array.as_slice().unwrap_or_default())?;
     }
     if let Some(input) = &run.energy_input {
         let input = input.as_slice().unwrap_or_default();
-        line(add, ["energy_input", "time"], input, units.energy)?;
+        line(add, ["energy_input", "time"], input, unit("J"))?;
     }
     if let Some(gradient) = &run.gradient {
         let (parameters, times, sites) = gradient.velocity.dim();
+        let axes = [("parameter", parameters), ("time", times), (SITES, sites)];
         for (name, array) in [
             ("gradient_velocity", &gradient.velocity),
             ("gradient_displacement", &gradient.displacement),
         ] {
             let labels = ArrayLabels {
-                name,
-                axes: &[
-                    ("parameter", parameters),
-                    ("time", times),
-                    ("position", sites),
-                ],
-                unit: "",
                 about: "per unit of the parameter, in the order of `gradient_parameters`",
+                ..ArrayLabels::of(name, &axes)
             };
             add(&labels, array.as_slice().unwrap_or_default())?;
         }
-        line(add, ["gradient_error", "parameter"], &gradient.error, None)?;
+        line(add, ["gradient_error", "parameter"], &gradient.error, "")?;
     }
     let chain = &run.chain;
-    line(add, ["mass", "position"], &chain.mass, units.mass)?;
+    line(add, ["mass", SITES], &chain.mass, unit("kg"))?;
     if let Some(all) = &chain.on_site.resonators {
-        let stiffness = units.force.map(|_| "N/m");
-        line(add, ["resonator_mass", "position"], &all.mass, units.mass)?;
+        line(add, ["resonator_mass", SITES], &all.mass, unit("kg"))?;
         line(
             add,
-            ["resonator_stiffness", "position"],
+            ["resonator_stiffness", SITES],
             &all.stiffness,
-            stiffness,
+            unit("N/m"),
         )?;
     }
-    let coefficient = units.coefficient.as_deref();
-    let name = ["contact_coefficient", "contact_position"];
-    line(add, name, &chain.coefficient, coefficient)?;
+    let coefficient = match setup.units {
+        Units::None => String::new(),
+        Units::Si => setup.simulation.chain.law.coefficient_unit(),
+    };
+    let name = ["contact_coefficient", CONTACTS];
+    line(add, name, &chain.coefficient, &coefficient)?;
     let Some(pitch) = setup.pitch else {
         return Ok(());
     };
     for (name, n, first) in [
-        ("position", chain.n_sites(), 0.0),
-        ("contact_position", chain.n_contacts(), 0.5),
+        (SITES, chain.n_sites(), 0.0),
+        (CONTACTS, chain.n_contacts(), 0.5),
     ] {
         let places: Vec<f64> = (0..n).map(|j| pitch * (j as f64 + first)).collect();
-        line(add, [name, name], &places, units.length)?;
+        line(add, [name, name], &places, unit("m"))?;
     }
     Ok(())
 }
 
+/// Axes of sites and of contacts.
+const SITES: &str = "position";
+const CONTACTS: &str = "contact_position";
+
 /// Hands over an array of one dimension, unless it is empty.
-fn line(add: Add, [name, axis]: [&str; 2], values: &[f64], unit: Option<&str>) -> Result<()> {
+fn line(add: Add, [name, axis]: [&str; 2], values: &[f64], unit: &str) -> Result<()> {
     if values.is_empty() {
         return Ok(());
     }
+    let axes = [(axis, values.len())];
     let labels = ArrayLabels {
-        name,
-        axes: &[(axis, values.len())],
-        unit: unit.unwrap_or_default(),
-        about: "",
+        unit,
+        ..ArrayLabels::of(name, &axes)
     };
     add(&labels, values)
-}
-
-/// The units of a run, where it has any.
-#[derive(Default)]
-struct UnitNames {
-    time: Option<&'static str>,
-    length: Option<&'static str>,
-    speed: Option<&'static str>,
-    force: Option<&'static str>,
-    energy: Option<&'static str>,
-    mass: Option<&'static str>,
-    coefficient: Option<String>,
-}
-
-impl UnitNames {
-    fn of(setup: &Setup) -> UnitNames {
-        match setup.units {
-            Units::None => UnitNames::default(),
-            Units::Si => UnitNames {
-                time: Some("s"),
-                length: Some("m"),
-                speed: Some("m/s"),
-                force: Some("N"),
-                energy: Some("J"),
-                mass: Some("kg"),
-                coefficient: Some(setup.simulation.chain.law.coefficient_unit()),
-            },
-        }
-    }
 }

@@ -7,10 +7,10 @@ use wavecascade::observer::Observer;
 use wavecascade::sheet::{Describe, PlotRow, Sheet};
 use wavecascade::{Error, Field};
 
-use crate::described;
+use crate::described::{self, About, Describing, Given};
+use crate::estimates::EstimateArgs;
 use crate::estimates::averages::SegmentArgs;
 use crate::estimates::transfer::TransferArgs;
-use crate::estimates::{Estimate, EstimateArgs};
 use crate::parse;
 
 /// What `cascade bicoherence` takes.
@@ -46,21 +46,17 @@ struct Found {
     transfer: Option<Transfer>,
 }
 
-impl Estimate for BicoherenceArgs {
-    fn name(&self) -> &'static str {
-        "bicoherence"
+impl Describing for BicoherenceArgs {
+    fn about(&self) -> About<'_> {
+        self.estimate.about("bicoherence")
     }
 
-    fn shared(&self) -> &EstimateArgs {
-        &self.estimate
-    }
-
-    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<described::Found, Error> {
-        let first = fields.first().copied();
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<described::Found, Error> {
+        let first = given.fields.first().copied();
         let of_transfer = self.transfer.request(self, first)?;
         let request = self.request(first.map_or(0, Field::n_sites));
-        let bicoherence = bicoherence(fields, &request, observer)?;
-        let transfer = of_transfer.map(|request| transfer(fields, &request, observer));
+        let bicoherence = bicoherence(given.fields, &request, observer)?;
+        let transfer = of_transfer.map(|request| transfer(given.fields, &request, observer));
         Ok(described::Found::of(Found {
             bicoherence,
             transfer: transfer.transpose()?,

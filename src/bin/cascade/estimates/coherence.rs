@@ -1,14 +1,14 @@
 //! `cascade coherence`: all sites of a field against a reference.
 
 use clap::Args;
+use wavecascade::Error;
 use wavecascade::estimates::{CoherenceRequest, DividedRequest, coherence};
 use wavecascade::observer::Observer;
-use wavecascade::{Error, Field};
 
-use crate::described::Found;
+use crate::described::{About, Describing, Found, Given};
+use crate::estimates::EstimateArgs;
 use crate::estimates::averages::AverageArgs;
 use crate::estimates::parts::{InParts, PartArgs};
-use crate::estimates::{Estimate, EstimateArgs};
 
 /// What `cascade coherence` takes.
 #[derive(Debug, Args)]
@@ -32,23 +32,23 @@ pub struct Coherence {
     pub estimate: EstimateArgs,
 }
 
-impl Estimate for Coherence {
-    fn name(&self) -> &'static str {
-        "coherence"
+impl Describing for Coherence {
+    fn about(&self) -> About<'_> {
+        self.estimate.about("coherence")
     }
 
-    fn shared(&self) -> &EstimateArgs {
-        &self.estimate
-    }
-
-    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error> {
-        Ok(Found::of(coherence(fields, &self.request(), observer)?))
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
+        Ok(Found::of(coherence(
+            given.fields,
+            &self.request(),
+            observer,
+        )?))
     }
 }
 
 impl InParts for Coherence {
-    fn parts(&self) -> &PartArgs {
-        &self.parts
+    fn parts(&self) -> (&PartArgs, &EstimateArgs) {
+        (&self.parts, &self.estimate)
     }
 
     fn divided(&self) -> Result<DividedRequest, Error> {

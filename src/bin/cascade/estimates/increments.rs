@@ -1,12 +1,12 @@
 //! `cascade increments`: structure functions and intermittency.
 
 use clap::Args;
+use wavecascade::Error;
 use wavecascade::estimates::{IncrementsRequest, SIGNIFICANCE, increments};
 use wavecascade::observer::Observer;
-use wavecascade::{Error, Field};
 
-use crate::described::Found;
-use crate::estimates::{Estimate, EstimateArgs};
+use crate::described::{About, Describing, Found, Given};
+use crate::estimates::EstimateArgs;
 use crate::parse;
 
 /// What `cascade increments` takes.
@@ -35,16 +35,12 @@ pub struct Increments {
     pub estimate: EstimateArgs,
 }
 
-impl Estimate for Increments {
-    fn name(&self) -> &'static str {
-        "increments"
+impl Describing for Increments {
+    fn about(&self) -> About<'_> {
+        self.estimate.about("increments")
     }
 
-    fn shared(&self) -> &EstimateArgs {
-        &self.estimate
-    }
-
-    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error> {
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
         let request = IncrementsRequest {
             separations: self.separations.clone(),
             lags: self.lags.clone(),
@@ -55,6 +51,6 @@ impl Estimate for Increments {
             threads: self.estimate.threads(),
             memory: self.estimate.memory,
         };
-        Ok(Found::of(increments(fields, &request, observer)?))
+        Ok(Found::of(increments(given.fields, &request, observer)?))
     }
 }

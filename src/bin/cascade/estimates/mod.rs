@@ -14,15 +14,13 @@ pub mod transfer;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
+use wavecascade::Error;
 use wavecascade::observer::Observer;
 use wavecascade::prepare::{Examined, channel_findings};
-use wavecascade::{Error, Field};
 
 use crate::args::Input;
-use crate::chain_args::How;
-use crate::described::{self, Describing, Found, Given, Publishing, Reading, ResultArgs};
+use crate::described::{self, About, Describing, Found, Given, Reading, ResultArgs};
 use crate::failure::Failure;
-use crate::fields::expanded;
 use crate::parse;
 
 use parts::InParts;
@@ -99,6 +97,15 @@ pub struct EstimateArgs {
 }
 
 impl EstimateArgs {
+    /// Of the command of this name.
+    pub fn about(&self, name: &'static str) -> About<'_> {
+        About {
+            reading: Some(self.reading()),
+            arrays: Some(name),
+            ..About::of(name, &self.result.how, &self.fields, "npy")
+        }
+    }
+
     /// Worker threads; `None`: one a core.
     pub fn threads(&self) -> Option<usize> {
         self.result.how.threads
@@ -112,33 +119,17 @@ impl EstimateArgs {
     }
 }
 
-/// What is typed of a command on an estimate.
-pub trait Estimate: Sync {
-    /// Name of the command.
-    fn name(&self) -> &'static str;
-
-    fn shared(&self) -> &EstimateArgs;
-
-    /// What is missing, or contradicts itself, whatever the fields are.
-    fn check(&self) -> Result<(), Error> {
-        Ok(())
-    }
-
-    /// Makes the estimate of the opened fields.
-    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error>;
-}
-
 impl EstimateCommand {
     /// The one place that lists the types of arguments.
-    fn typed(&self) -> &dyn Estimate {
+    fn typed(&self) -> (&dyn Describing, &EstimateArgs) {
         match self {
-            EstimateCommand::Bicoherence(typed) => &**typed,
-            EstimateCommand::Coherence(typed) => &**typed,
-            EstimateCommand::Increments(typed) => &**typed,
-            EstimateCommand::Modes(typed) => &**typed,
-            EstimateCommand::Ridges(typed) => &**typed,
-            EstimateCommand::Slope(typed) => &**typed,
-            EstimateCommand::Spectrum(typed) => &**typed,
+            EstimateCommand::Bicoherence(typed) => (&**typed, &typed.estimate),
+            EstimateCommand::Coherence(typed) => (&**typed, &typed.estimate),
+            EstimateCommand::Increments(typed) => (&**typed, &typed.estimate),
+            EstimateCommand::Modes(typed) => (&**typed, &typed.estimate),
+            EstimateCommand::Ridges(typed) => (&**typed, &typed.estimate),
+            EstimateCommand::Slope(typed) => (&**typed, &typed.estimate),
+            EstimateCommand::Spectrum(typed) => (&**typed, &typed.estimate),
         }
     }
 
@@ -154,31 +145,23 @@ impl EstimateCommand {
     /// Runs the command, or a part of it.
     pub fn run(&self) -> Result<(), Failure> {
         let in_parts = self.in_parts().and_then(parts::run);
-        in_parts.unwrap_or_else(|| described::run(self))
+        in_parts.unwrap_or_else(|| described::run(self, &self.typed().1.result))
     }
 }
 
 impl Describing for EstimateCommand {
-    fn name(&self) -> &'static str {
-        self.typed().name()
-    }
-
-    fn how(&self) -> &How {
-        &self.typed().shared().result.how
-    }
-
-    fn reading(&self) -> Option<Reading<'_>> {
-        Some(self.typed().shared().reading())
+    fn about(&self) -> About<'_> {
+        self.typed().0.about()
     }
 
     fn check(&self) -> Result<(), Error> {
-        self.typed().check()
+        self.typed().0.check()
     }
 
     /// With what is wrong with the channels of the first field.
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
-        let found = self.typed().find(given.fields, observer)?;
-        let first = given.fields.first();
+        let first = given.fields.first().copied();
+        let found = self.typed().0.find(given, observer)?;
         let channels = first.map(|field| channel_findings(field, observer));
         let examined = Examined {
             found: found.result,
@@ -188,15 +171,5 @@ impl Describing for EstimateCommand {
             result: Box::new(examined),
             ..found
         })
-    }
-}
-
-impl Publishing for EstimateCommand {
-    fn result(&self) -> &ResultArgs {
-        &self.typed().shared().result
-    }
-
-    fn files(&self) -> Result<(Vec<PathBuf>, &'static str), Failure> {
-        Ok((expanded(&self.typed().shared().fields)?, "npy"))
     }
 }

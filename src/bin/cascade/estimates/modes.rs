@@ -1,13 +1,13 @@
 //! `cascade modes`: motions that are coherent along x, by frequency.
 
 use clap::Args;
+use wavecascade::Error;
 use wavecascade::estimates::{ModesRequest, modes};
 use wavecascade::observer::Observer;
-use wavecascade::{Error, Field};
 
-use crate::described::Found;
+use crate::described::{About, Describing, Found, Given};
+use crate::estimates::EstimateArgs;
 use crate::estimates::averages::AverageArgs;
-use crate::estimates::{Estimate, EstimateArgs};
 
 /// What `cascade modes` takes.
 #[derive(Debug, Args)]
@@ -27,16 +27,12 @@ pub struct Modes {
     pub estimate: EstimateArgs,
 }
 
-impl Estimate for Modes {
-    fn name(&self) -> &'static str {
-        "modes"
+impl Describing for Modes {
+    fn about(&self) -> About<'_> {
+        self.estimate.about("modes")
     }
 
-    fn shared(&self) -> &EstimateArgs {
-        &self.estimate
-    }
-
-    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error> {
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
         let request = ModesRequest {
             frequencies: self.frequencies.clone(),
             modes: self.modes,
@@ -46,6 +42,6 @@ impl Estimate for Modes {
             threads: self.estimate.threads(),
             memory: self.estimate.memory,
         };
-        Ok(Found::of(modes(fields, &request, observer)?))
+        Ok(Found::of(modes(given.fields, &request, observer)?))
     }
 }

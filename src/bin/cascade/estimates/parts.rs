@@ -13,8 +13,8 @@ use wavecascade::report::{
 use wavecascade::sheet::Describe;
 
 use crate::analyze::named_after;
-use crate::described::{AnyResult, Described, open, subject_of};
-use crate::estimates::Estimate;
+use crate::described::{AnyResult, Described, Describing, open, subject_of};
+use crate::estimates::EstimateArgs;
 use crate::failure::Failure;
 use crate::fields::expanded;
 use crate::parse;
@@ -42,8 +42,8 @@ pub struct PartArgs {
 }
 
 /// What is typed of an estimate that is summed in parts.
-pub trait InParts: Estimate {
-    fn parts(&self) -> &PartArgs;
+pub trait InParts: Describing {
+    fn parts(&self) -> (&PartArgs, &EstimateArgs);
 
     /// What is summed.
     ///
@@ -66,7 +66,7 @@ struct PartSummary<'a> {
 
 /// Sums a part, or makes the result of all parts, where one of them is typed.
 pub fn run(typed: &dyn InParts) -> Option<Result<(), Failure>> {
-    let PartArgs { part, merge: all } = typed.parts();
+    let (PartArgs { part, merge: all }, _) = typed.parts();
     match part {
         _ if !all.is_empty() => Some(merge(typed, all)),
         part => part.map(|part| write(typed, part)),
@@ -75,11 +75,11 @@ pub fn run(typed: &dyn InParts) -> Option<Result<(), Failure>> {
 
 /// Sums a part, and writes it.
 fn write(typed: &dyn InParts, part: Part) -> Result<(), Failure> {
-    let shared = typed.shared();
+    let (_, shared) = typed.parts();
     let result = &shared.result;
     let progress = result.how.begin()?;
     let paths = expanded(&shared.fields)?;
-    let ending = format!("-{}-{}-of-{}", typed.name(), part.number, part.of);
+    let ending = format!("-{}-{}-of-{}", typed.about().name, part.number, part.of);
     let out = result.out.clone();
     let out = out.unwrap_or_else(|| named_after(&paths[0], "npy", &ending));
     drop(ResultDirectory::create(&out, result.force)?);
@@ -137,7 +137,8 @@ pub fn any(combined: Combined) -> AnyResult {
 
 /// Makes the result of all parts in the memory allowed.
 fn merge(typed: &dyn InParts, directories: &[PathBuf]) -> Result<(), Failure> {
-    let result = &typed.shared().result;
+    let (name, (_, shared)) = (typed.about().name, typed.parts());
+    let result = &shared.result;
     let drawing = result.figures.drawing(None)?;
     let progress = result.how.begin()?;
     let Some(out) = &result.out else {
@@ -151,15 +152,15 @@ fn merge(typed: &dyn InParts, directories: &[PathBuf]) -> Result<(), Failure> {
     let parts: Result<Vec<_>, Error> = directories.iter().map(about).collect();
     let parts = parts?;
     let fields = parts[0].1.fields.clone();
-    let (mut combination, order) = Combination::new(parts, typed.shared().memory)?;
+    let (mut combination, order) = Combination::new(parts, shared.memory)?;
     for at in order {
         progress.check()?;
         combination.add(&read_partial(&file(&directories[at]))?)?;
     }
     let found = any(combination.finish()?);
     let sheet = found.describe();
-    if sheet.name != typed.name() {
-        let expected = format!("parts of `cascade {}`", typed.name());
+    if sheet.name != name {
+        let expected = format!("parts of `cascade {name}`");
         return Err(Error::request("merge", expected, "those of another command").into());
     }
     let described = Described {
@@ -170,7 +171,8 @@ fn merge(typed: &dyn InParts, directories: &[PathBuf]) -> Result<(), Failure> {
     };
     let files: Vec<PathBuf> = fields.iter().map(PathBuf::from).collect();
     let directory = ResultDirectory::create(out, result.force)?;
-    let main = described.publish((directory, typed.name()), &drawing, &progress, |_| Ok(()))?;
+    let place = (directory, name);
+    let main = described.publish(place, None, &drawing, &progress, &|_| Ok(()))?;
     described.tell(&subject_of(&files), &result.how, Some(&main))?;
     drawing.present(&main)
 }

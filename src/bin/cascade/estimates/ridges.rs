@@ -1,14 +1,14 @@
 //! `cascade ridges`: dispersion read off S(k, f).
 
 use clap::Args;
+use wavecascade::Error;
 use wavecascade::observer::Observer;
 use wavecascade::prepare::Window;
 use wavecascade::ridges::{RidgeCut, RidgeLaw, RidgesRequest, ridges};
-use wavecascade::{Error, Field};
 
 use crate::args::{DetrendArg, GapsArg, choice};
-use crate::described::Found;
-use crate::estimates::{Estimate, EstimateArgs};
+use crate::described::{About, Describing, Found, Given};
+use crate::estimates::EstimateArgs;
 use crate::parse;
 
 /// What `cascade ridges` takes.
@@ -81,20 +81,16 @@ impl Ridges {
     }
 }
 
-impl Estimate for Ridges {
-    fn name(&self) -> &'static str {
-        "ridges"
-    }
-
-    fn shared(&self) -> &EstimateArgs {
-        &self.estimate
+impl Describing for Ridges {
+    fn about(&self) -> About<'_> {
+        self.estimate.about("ridges")
     }
 
     fn check(&self) -> Result<(), Error> {
         self.laws().map(|_| ())
     }
 
-    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error> {
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
         let search = &self.search;
         let request = RidgesRequest {
             segment: search.segment,
@@ -111,10 +107,8 @@ impl Estimate for Ridges {
             threads: self.estimate.threads(),
             memory: self.estimate.memory,
         };
-        let found = ridges(fields, &request, observer)?;
-        Ok(Found {
-            beside: Some(("ridges.csv", found.csv())),
-            ..Found::of(found)
-        })
+        let found = ridges(given.fields, &request, observer)?;
+        let csv = found.csv();
+        Ok(Found::of(found).with_text("ridges.csv", csv))
     }
 }

@@ -1,15 +1,15 @@
 //! `cascade slope`: the power law of a spectrum over a band.
 
 use clap::Args;
+use wavecascade::Error;
 use wavecascade::estimates::{FieldAxis, SlopeRequest, slope};
 use wavecascade::measure::{Frequency, Wavenumber};
 use wavecascade::observer::Observer;
-use wavecascade::{Error, Field};
 
 use crate::args::choice;
-use crate::described::Found;
+use crate::described::{About, Describing, Found, Given};
+use crate::estimates::EstimateArgs;
 use crate::estimates::averages::AverageArgs;
-use crate::estimates::{Estimate, EstimateArgs};
 use crate::show_args::{AxisUnits, ends};
 
 /// What `cascade slope` takes.
@@ -75,17 +75,13 @@ impl Slope {
     }
 }
 
-impl Estimate for Slope {
-    fn name(&self) -> &'static str {
-        "slope"
+impl Describing for Slope {
+    fn about(&self) -> About<'_> {
+        self.estimate.about("slope")
     }
 
-    fn shared(&self) -> &EstimateArgs {
-        &self.estimate
-    }
-
-    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error> {
-        let units = fields.first().copied().map(AxisUnits::of);
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
+        let units = given.fields.first().copied().map(AxisUnits::of);
         let request = SlopeRequest {
             axis: self.along.into(),
             band: self.band(&units.unwrap_or_default())?,
@@ -97,6 +93,6 @@ impl Estimate for Slope {
             threads: self.estimate.threads(),
             memory: self.estimate.memory,
         };
-        Ok(Found::of(slope(fields, &request, observer)?))
+        Ok(Found::of(slope(given.fields, &request, observer)?))
     }
 }

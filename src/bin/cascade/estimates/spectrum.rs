@@ -1,19 +1,19 @@
 //! `cascade spectrum`: power spectral densities of all sites, with intervals.
 
 use clap::Args;
+use wavecascade::Error;
 use wavecascade::estimates::{
     Averaging, DividedRequest, SpaceTimeRequest, SpectrumAxis, SpectrumRequest, Tapers, spacetime,
     spectrum,
 };
 use wavecascade::observer::Observer;
 use wavecascade::prepare::Window;
-use wavecascade::{Error, Field};
 
 use crate::args::choice;
-use crate::described::Found;
+use crate::described::{About, Describing, Found, Given};
+use crate::estimates::EstimateArgs;
 use crate::estimates::averages::AverageArgs;
 use crate::estimates::parts::{InParts, PartArgs};
-use crate::estimates::{Estimate, EstimateArgs};
 use crate::parse;
 
 /// What `cascade spectrum` takes.
@@ -125,13 +125,9 @@ impl Spectrum {
     }
 }
 
-impl Estimate for Spectrum {
-    fn name(&self) -> &'static str {
-        "spectrum"
-    }
-
-    fn shared(&self) -> &EstimateArgs {
-        &self.estimate
+impl Describing for Spectrum {
+    fn about(&self) -> About<'_> {
+        self.estimate.about("spectrum")
     }
 
     /// That spectra from which noise is subtracted are of one axis.
@@ -146,17 +142,17 @@ impl Estimate for Spectrum {
         }
     }
 
-    fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error> {
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
         Ok(match self.along.into() {
-            Some(along) => Found::of(spectrum(fields, &self.request(along), observer)?),
-            None => Found::of(spacetime(fields, &self.of_both(), observer)?),
+            Some(along) => Found::of(spectrum(given.fields, &self.request(along), observer)?),
+            None => Found::of(spacetime(given.fields, &self.of_both(), observer)?),
         })
     }
 }
 
 impl InParts for Spectrum {
-    fn parts(&self) -> &PartArgs {
-        &self.parts
+    fn parts(&self) -> (&PartArgs, &EstimateArgs) {
+        (&self.parts, &self.estimate)
     }
 
     /// Parts have no jackknife, and one axis.
