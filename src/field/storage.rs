@@ -23,7 +23,8 @@ pub(crate) enum Bytes {
     File(Arc<FileBytes>),
     /// Decoded samples of a file in a scratch file.
     Spilled(Arc<FileBytes>),
-    Inflated(Arc<Vec<u8>>),
+    /// Of a file, unpacked or decoded.
+    Unpacked(wavecascade_formats::Bytes),
     Values(Arc<Vec<f64>>),
     /// Of an owner outside of the library.
     Shared(SharedBytes),
@@ -33,7 +34,7 @@ impl Bytes {
     pub(crate) fn as_slice(&self) -> &[u8] {
         match self {
             Bytes::File(bytes) | Bytes::Spilled(bytes) => bytes,
-            Bytes::Inflated(bytes) => bytes,
+            Bytes::Unpacked(bytes) => (**bytes).as_ref(),
             Bytes::Shared(bytes) => bytes.as_slice(),
             // SAFETY: the slice covers exactly the vector's initialized values. Every byte of an
             // `f64` is a valid `u8`, which needs no alignment.

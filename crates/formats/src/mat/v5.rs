@@ -8,6 +8,7 @@ use flate2::read::ZlibDecoder;
 use rayon::prelude::*;
 
 use super::listing::{Listing, Part, count, rows_of_text};
+use crate::container::MAX_INFLATION;
 use crate::cursor::beginning;
 use crate::{ByteOrder, Bytes, Error, Result, Sample};
 
@@ -20,8 +21,6 @@ const MOST_MEMBERS: u64 = 4096;
 const MOST_DIMENSIONS: usize = 32;
 /// Bytes of the name of a field, beyond what MATLAB allows.
 const MOST_NAME: usize = 4096;
-/// Deflate gives at most 1032 bytes for one.
-const MOST_INFLATION: u64 = 1032;
 
 const INT8: u32 = 1;
 const UINT8: u32 = 2;
@@ -124,8 +123,8 @@ fn inflated_len(deflated: &[u8], order: ByteOrder, at: usize) -> Result<u64> {
         Ok(()) => {}
     }
     let len = u64::from(len) + 8;
-    if len > MOST_INFLATION * deflated.len() as u64 {
-        let expected = format!("at most {MOST_INFLATION} bytes for one that is compressed");
+    if len > MAX_INFLATION * deflated.len() as u64 {
+        let expected = format!("at most {MAX_INFLATION} bytes for one that is compressed");
         return damaged(expected, format!("{len} bytes"));
     }
     Ok(len)
