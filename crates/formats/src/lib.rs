@@ -38,7 +38,7 @@ pub use format::{Format, Options, open, open_directory};
 pub use npz::has_members;
 pub use sample::{ByteOrder, Sample, SampleType, half_to_f64, ibm_to_f64};
 
-pub use time::numpy_times;
+pub use time::{days_to, numpy_times};
 
 use std::fmt::Debug;
 use std::ops::Range;

@@ -132,7 +132,11 @@ impl Header {
                 return Err(Error::unsupported(what, way_out));
             }
             [b'V', ..] => return Err(structured(&told())),
-            _ => Sample::of_numpy(kind).ok_or_else(other)?,
+            &[kind, bytes @ b'1'..=b'8'] => {
+                let sample = Sample::of_kind(kind.into(), usize::from(bytes - b'0'));
+                sample.ok_or_else(other)?
+            }
+            _ => return Err(other()),
         };
         Ok(header)
     }

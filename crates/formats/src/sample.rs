@@ -32,14 +32,11 @@ pub enum Sample {
 }
 
 impl Sample {
-    /// That of NumPy's kind and bytes: `f8`, `i2`, `u4`, `b1`.
-    pub(crate) fn of_numpy(kind: &str) -> Option<Sample> {
+    /// The type of NumPy's kind (`f`, `i`, `u`, `b`) with so many bytes.
+    pub(crate) fn of_kind(kind: char, bytes: usize) -> Option<Sample> {
         use Sample::*;
         let all = [F64, F32, F16, I8, I16, I32, I64, U8, U16, U32, U64, Bool];
-        let is_it = |sample: &Sample| {
-            let (letter, size) = kind.split_at_checked(1).unwrap_or_default();
-            sample.name().starts_with(letter) && size == sample.bytes().to_string()
-        };
+        let is_it = |one: &Sample| one.name().starts_with(kind) && one.bytes() == bytes;
         all.into_iter().find(is_it)
     }
 

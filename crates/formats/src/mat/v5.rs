@@ -425,6 +425,23 @@ impl Elements<'_> {
         use Sample::*;
         /// Of the classes from 6 to 15.
         const CLASSES: [Sample; 10] = [F64, F32, I8, U8, I16, U16, I32, U32, I64, U64];
+        /// By the types of elements.
+        const TYPES: [Option<Sample>; 14] = [
+            None,
+            Some(I8),
+            Some(U8),
+            Some(I16),
+            Some(U16),
+            Some(I32),
+            Some(U32),
+            Some(F32),
+            None,
+            Some(F64),
+            None,
+            None,
+            Some(I64),
+            Some(U64),
+        ];
         let shape = &header.shape;
         if header.is_complex {
             return listing.push_other(path, shape, "complex numbers");
@@ -439,21 +456,10 @@ impl Elements<'_> {
         }
         let element = self.next("numbers")?;
         let start = element.range.start;
-        let disk = match element.kind {
-            INT8 => I8,
-            UINT8 => U8,
-            3 => I16,
-            UINT16 => U16,
-            INT32 => I32,
-            UINT32 => U32,
-            7 => F32,
-            9 => F64,
-            12 => I64,
-            13 => U64,
-            other => {
-                let found = format!("an element of type {other}");
-                return Err(self.part.damaged(start, "numbers", found));
-            }
+        let disk = TYPES.get(element.kind as usize).copied().flatten();
+        let Some(disk) = disk else {
+            let found = format!("an element of type {}", element.kind);
+            return Err(self.part.damaged(start, "numbers", found));
         };
         if count.checked_mul(disk.bytes() as u64) != Some(element.range.len() as u64) {
             let expected = format!("{count} numbers of type {}", disk.name());
