@@ -486,7 +486,12 @@ impl Table<'_> {
             notes: self.notes,
             ..Field::of_storage(storage, (n_times, n_sites))
         };
-        Ok(Contents::of(field, [time, space], quantity))
+        Ok(Contents {
+            field,
+            time,
+            space,
+            quantity,
+        })
     }
 
     /// The names of the columns of samples as numbers, if all are; above units they number channels.

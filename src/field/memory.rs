@@ -107,7 +107,7 @@ impl MemorySamples {
         }
         let bytes = Bytes::Shared(self.bytes);
         let numbers = (self.sample, self.order);
-        Ok(Storage::of_strides(bytes, numbers, start, shape, strides))
+        Ok(Storage::new(bytes, numbers, start, shape, strides))
     }
 }
 
@@ -157,7 +157,12 @@ impl Field {
             struck: labels.struck.filter(|site| *site < n_sites),
             ..Field::of_storage(storage, (n_times, n_sites))
         };
-        let mut contents = Contents::of(field, [time, space], quantity);
+        let mut contents = Contents {
+            field,
+            time,
+            space,
+            quantity,
+        };
         contents.note_doubts(labels.is_layout_known || stated.layout.is_some());
         completed(contents, stated, options, &labels.name)
     }

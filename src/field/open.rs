@@ -9,7 +9,6 @@ use wavecascade_formats::{Container, Format, Options, has_members};
 
 use super::coordinates::{Coordinates, Listed};
 use super::file_bytes::FileBytes;
-use super::interpolate::Interpolant;
 use super::labelled::Arrays;
 use super::options::{Header, OpenOptions, ReadMode, TimeColumn};
 use super::resample::resampled;
@@ -106,38 +105,19 @@ impl Opened {
 pub(super) struct Contents {
     /// The samples and what is known of them, without its axes.
     pub(super) field: Field,
-    pub(super) time: Coordinates,
-    pub(super) space: Coordinates,
-    /// How samples come to the axes of times and sites, where they are not there.
-    pub(super) resampling: [Option<Interpolant>; 2],
+    pub(super) time: Listed,
+    pub(super) space: Listed,
     pub(super) quantity: Option<Quantity>,
 }
 
 impl Contents {
-    /// A field with both axes.
-    pub(super) fn of(
-        field: Field,
-        [time, space]: [Listed; 2],
-        quantity: Option<Quantity>,
-    ) -> Contents {
-        Contents {
-            field,
-            time: time.even,
-            space: space.even,
-            resampling: [time.resampling, space.resampling],
-            quantity,
-        }
-    }
-
     /// Brings the samples to the axes.
     fn resampled(mut self, options: &OpenOptions) -> Result<Contents> {
-        let [time, space] = &self.resampling;
-        if let Some(time) = time {
-            let field = &mut self.field;
+        let field = &mut self.field;
+        if let Some(time) = &self.time.resampling {
             field.storage = resampled(&field.storage, field.n_sites, time, options, true)?;
         }
-        if let Some(space) = space {
-            let field = &mut self.field;
+        if let Some(space) = &self.space.resampling {
             field.storage = resampled(&field.storage, field.n_times, space, options, false)?;
         }
         Ok(self)
@@ -151,7 +131,7 @@ impl Contents {
         if !is_layout_known {
             field.notes.extend(Note::on_shape(times, sites));
         }
-        if self.time == Coordinates::default() {
+        if self.time.even == Coordinates::default() {
             let doubt = Note::on_samples(&field.storage, times, sites);
             field.notes.extend(doubt);
         }
@@ -240,9 +220,9 @@ pub(super) fn completed(
     name: &str,
 ) -> Result<Field> {
     let contents = contents.resampled(options)?;
-    let time = contents.time;
+    let time = contents.time.even;
     let time = time.axis([stated.t0, stated.dt], stated.time_unit)?;
-    let space = contents.space;
+    let space = contents.space.even;
     let space = space.axis([stated.x0, stated.dx], stated.space_unit)?;
     let mut field = contents.field;
     let notes = &mut field.notes;

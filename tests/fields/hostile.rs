@@ -136,19 +136,21 @@ fn npy_types_that_are_no_samples() {
 
 #[test]
 fn npy_shapes_that_are_no_field() {
-    let eight = [0; 64];
-    let shape_of = |shape: &str| fault("field.npy", npy("<f8", shape, &eight));
-    let single = fault("field.npy", npy("<f8", "()", &eight[..8]));
-    assert_eq!(single, InputFault::NoSamples { shape: vec![] });
-    match shape_of("(2, 2, 2)") {
+    let cube = fault("field.npy", npy("<f8", "(2, 2, 2)", &[0; 64]));
+    match cube {
         InputFault::FurtherDimension { dimension, .. } => assert_eq!(dimension.name, "y"),
         other => panic!("{other}"),
     }
-    for shape in [vec![0, 8], vec![8, 0], vec![0, u64::MAX]] {
-        let text = format!("({}, {})", shape[0], shape[1]);
-        assert_eq!(shape_of(&text), InputFault::NoSamples { shape });
+    for (text, shape, bytes) in [
+        ("()", vec![], 8),
+        ("(0,)", vec![0], 0),
+        ("(0, 8)", vec![0, 8], 0),
+        ("(8, 0)", vec![8, 0], 0),
+        ("(0, 18446744073709551615)", vec![0, u64::MAX], 0),
+    ] {
+        let found = fault("field.npy", npy("<f8", text, &[0; 8][..bytes]));
+        assert_eq!(found, InputFault::NoSamples { shape });
     }
-    assert_eq!(shape_of("(0,)"), InputFault::NoSamples { shape: vec![0] });
 }
 
 #[test]
@@ -187,9 +189,7 @@ fn sidecars_that_mislead() {
         InputFault::Sidecar {
             line: Some(3),
             key: Some("dx".into()),
-            reason: "expected a finite number above 0, or a text of number and unit \
-                     (m, km, cm, mm, um, nm), found 0"
-                .into()
+            reason: "expected a finite number above 0, found 0".into()
         }
     );
     folder.write("field.npy.toml", "dt = 0.5\n");

@@ -21,7 +21,7 @@ pub(super) fn aligned(
     let milliseconds = listed.map(|i| arrays.container.numbers(i)).transpose()?;
     let milliseconds = milliseconds.unwrap_or_default();
     let step = source.stated.dt.and_then(|dt| dt.in_unit("s"));
-    let (step, n_times) = (step.or(contents.time.step), contents.field.n_times);
+    let (step, n_times) = (step.or(contents.time.even.step), contents.field.n_times);
     let (Some(step), Delays::Align, true) =
         (step, treated, milliseconds.len() == contents.field.n_sites)
     else {
@@ -53,7 +53,7 @@ pub(super) fn aligned(
     }
     contents.field.storage = assembly.finish(false)?;
     contents.field.n_times = alignment.n_times;
-    contents.time.origin = Some(milliseconds[0] / 1e3 + alignment.start as f64 * step);
+    contents.time.even.origin = Some(milliseconds[0] / 1e3 + alignment.start as f64 * step);
     contents.field.notes.extend(alignment.note(None));
     Ok(contents)
 }

@@ -10,7 +10,7 @@ use wavecascade_formats::{Place, Sample};
 use super::super::assembly::ScratchFile;
 use super::super::file_bytes::FileBytes;
 use super::super::open::FileSource;
-use super::super::storage::{Arrangement, ByteOrder, Bytes, Storage};
+use super::super::storage::{Bytes, Storage};
 use super::Arrays;
 use super::choose::Choice;
 use crate::error::{Error, InputFault, Result};
@@ -85,14 +85,7 @@ fn decoded(arrays: &Arrays, choice: &Choice) -> Result<Storage> {
     } else {
         Bytes::Spilled(spilled(source, length, slab_rows * row, read)?)
     };
-    let arrangement = Arrangement {
-        sample,
-        order: ByteOrder::NATIVE,
-        start: 0,
-        row_len: width,
-        rows_are_times,
-    };
-    Ok(Storage::new(bytes, arrangement))
+    Ok(Storage::in_rows(bytes, sample, width, rows_are_times))
 }
 
 /// Decodes slab by slab to an unnamed file, which disappears when it is closed, however the program

@@ -104,9 +104,7 @@ impl<'a> Arrays<'a> {
         // The only site lies wherever the records begin.
         let strides = dimensions.map(|d| d.map_or(sample.bytes() as u64, |d| strides[d]) as isize);
         let numbers = (sample, *order);
-        Ok(Some(Storage::of_strides(
-            bytes, numbers, start, lengths, strides,
-        )))
+        Ok(Some(Storage::new(bytes, numbers, start, lengths, strides)))
     }
 
     /// A block of an array of one or two dimensions, as `of` says of their lengths, row-major; all of it where it does not
@@ -343,7 +341,12 @@ pub(super) fn read(source: &FileSource, container: Container) -> Result<Contents
             .map(|place| Some(last_name(place?.name.as_deref()?).to_owned())),
         ..Field::of_storage(storage.packed(packing), (shape[0], shape[1]))
     };
-    let mut contents = Contents::of(field, [time, space], quantity);
+    let mut contents = Contents {
+        field,
+        time,
+        space,
+        quantity,
+    };
     if is_own {
         arrays.of_run(&mut contents.field)?;
     } else {
