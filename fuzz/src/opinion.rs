@@ -405,6 +405,7 @@ fn other_paths(container: &Container, bytes: &[u8]) -> Option<String> {
             start,
             strides,
             order,
+            is_in_file: true,
         } = &variable.place
         else {
             continue;

@@ -34,43 +34,6 @@ pub enum InputFault {
     )]
     ForeignFormat { format: ForeignFormat },
 
-    #[error("expected the NumPy signature \\x93NUMPY, found {found:02x?}")]
-    NpyMagic { found: Vec<u8> },
-
-    #[error("expected format version 1, 2 or 3, found {major}.{minor}")]
-    NpyVersion { major: u8, minor: u8 },
-
-    #[error("expected a header of at most {limit} bytes, found {found}")]
-    NpyHeaderLength { found: u64, limit: u64 },
-
-    #[error("header, byte {at}: expected {expected}, found {found:?}")]
-    NpyHeader {
-        at: usize,
-        expected: &'static str,
-        found: String,
-    },
-
-    #[error("expected numbers, found pickled Python objects")]
-    PickledObjects,
-
-    #[error("expected one number a sample, found the structured type {descr:?}")]
-    StructuredType { descr: String },
-
-    #[error("expected real samples, found the complex type {descr:?}")]
-    ComplexType { descr: String },
-
-    #[error("expected floats of 2, 4 or 8 bytes, integers of 1 to 8 or booleans, found {descr:?}")]
-    SampleType { descr: String },
-
-    #[error("expected a text, found {descr:?}")]
-    NoText { descr: String },
-
-    #[error("expected one text, found an array of shape {}", DisplayShape(shape))]
-    NotOneText { shape: Vec<u64> },
-
-    #[error("expected a text of at most {limit} characters, found {found}")]
-    TextLength { found: u64, limit: u64 },
-
     #[error("expected a run file: the member {missing:?} is not there")]
     NoRun { missing: &'static str },
 
@@ -90,12 +53,6 @@ pub enum InputFault {
     #[error("expected the report of a run, found {reason}")]
     RunReport { reason: String },
 
-    #[error(
-        "expected an array of 1 or 2 dimensions, found shape {}",
-        DisplayShape(shape)
-    )]
-    Dimensions { shape: Vec<u64> },
-
     #[error("expected samples, found an array of shape {}", DisplayShape(shape))]
     NoSamples { shape: Vec<u64> },
 
@@ -108,23 +65,6 @@ pub enum InputFault {
         sample_bytes: usize,
     },
 
-    #[error("expected {expected} bytes, found {found}: the file is truncated")]
-    Truncated { expected: u64, found: u64 },
-
-    #[error("expected {expected} bytes, found {found}: something follows the array")]
-    TrailingBytes { expected: u64, found: u64 },
-
-    #[error("expected a whole zip archive, found a damaged one: {reason}")]
-    Archive { reason: String },
-
-    #[error(
-        "expected one name a member, found {directory:?} in the directory and {local:?} before the member"
-    )]
-    MemberName { directory: String, local: String },
-
-    #[error("expected at most {limit} members, found {found}")]
-    TooManyMembers { found: usize, limit: usize },
-
     #[error("member {member:?}: {fault}")]
     Member {
         member: String,
@@ -132,26 +72,11 @@ pub enum InputFault {
         fault: Box<InputFault>,
     },
 
-    #[error("expected a stored or deflated member, found compression method {method}")]
-    Compression { method: u16 },
-
-    #[error("expected a readable member, found an encrypted one")]
-    Encrypted,
-
-    #[error("expected a deflated stream, found a damaged one: {reason}")]
-    Deflate { reason: String },
-
-    #[error("expected {expected} bytes once inflated, found {found}")]
-    InflatedSize { expected: u64, found: u64 },
-
     /// An array of which a file of that length cannot hold all samples.
     #[error(
         "expected at most {most} bytes of samples in a file of this length, found an array of {claimed}"
     )]
     Overclaimed { claimed: u64, most: u64 },
-
-    #[error("expected the checksum {expected:08x}, found {found:08x}")]
-    Checksum { expected: u32, found: u32 },
 
     /// Two statements about the samples that differ.
     #[error("expected one {what}, found {first} and {second}")]

@@ -182,6 +182,31 @@ pub enum Error {
     Paused { known: usize, members: usize },
 }
 
+impl From<InputFault> for Error {
+    /// Of a file whose path [`Error::at`] adds.
+    fn from(fault: InputFault) -> Error {
+        Error::input(Path::new(""))(fault)
+    }
+}
+
+impl From<FormatError> for Error {
+    fn from(fault: FormatError) -> Error {
+        match fault {
+            FormatError::Memory {
+                needed, allowed, ..
+            } => Error::Memory {
+                what: "what has to be decoded of the file",
+                needed,
+                allowed,
+            },
+            fault => InputFault::Container {
+                fault: Box::new(fault),
+            }
+            .into(),
+        }
+    }
+}
+
 impl Error {
     /// Whether the request itself is at fault (exit code 2) rather than the run (exit code 1).
     pub fn is_usage(&self) -> bool {
@@ -317,6 +342,16 @@ impl Error {
     pub(crate) fn scene(fault: SceneFault) -> Error {
         Error::Scene {
             fault: Box::new(fault),
+        }
+    }
+
+    /// The error with `path` as the file whose fault was found where that is not known.
+    pub(crate) fn at(self, path: &Path) -> Error {
+        match self {
+            Error::Input { path: none, fault } if none.as_os_str().is_empty() => {
+                Error::input(path)(fault)
+            }
+            other => other,
         }
     }
 

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::Sample;
 use super::file_bytes::FileBytes;
 use super::options::OpenOptions;
 use super::storage::{Bytes, Storage};
@@ -43,7 +44,12 @@ impl ScratchFile {
     /// What was written, as rows of `row_len` samples, of times or of sites.
     pub(crate) fn storage(self, row_len: usize, rows_are_times: bool) -> Result<Storage> {
         let bytes = Bytes::Spilled(self.finish()?);
-        Ok(Storage::of_numbers(bytes, row_len, rows_are_times))
+        Ok(Storage::in_rows(
+            bytes,
+            Sample::F64,
+            row_len,
+            rows_are_times,
+        ))
     }
 }
 

@@ -23,11 +23,10 @@ use crate::system::memory::try_with_capacity;
 
 /// A table, with the coordinates that its header and its first column state.
 pub(super) fn read(source: &FileSource) -> Result<Contents> {
-    let fault = |fault| source.fault(fault);
-    let mut rows = RowReader::new(source).map_err(fault)?;
+    let mut rows = RowReader::new(source)?;
     let mut record = ByteRecord::new();
-    if !rows.next(&mut record).map_err(fault)? {
-        return Err(fault(InputFault::NoRows));
+    if !rows.next(&mut record)? {
+        return Err(InputFault::NoRows.into());
     }
     let stated = source.options.header;
     let preamble = preamble(source, &mut rows, &mut record)?;
@@ -75,8 +74,8 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         ));
     }
     loop {
-        table.push(&record).map_err(fault)?;
-        if !rows.next(&mut record).map_err(fault)? {
+        table.push(&record)?;
+        if !rows.next(&mut record)? {
             break;
         }
     }
@@ -88,8 +87,7 @@ fn preamble(
     source: &FileSource,
     rows: &mut RowReader,
     record: &mut ByteRecord,
-) -> Result<Preamble> {
-    let fault = |fault| source.fault(fault);
+) -> Result<Preamble, InputFault> {
     let stated = source.options.header;
     if stated == Header::Detect && Preamble::is_beside(record) {
         rows.leave_out(SETTING_CELLS, record);
@@ -99,8 +97,8 @@ fn preamble(
     let mut is_one = header::is_header(stated, record);
     while is_one {
         first_rows.push(record.clone());
-        if !rows.next(record).map_err(fault)? {
-            return Err(fault(InputFault::NoRows));
+        if !rows.next(record)? {
+            return Err(InputFault::NoRows);
         }
         is_one = stated == Header::Detect && Preamble::may_continue(&first_rows, record);
     }
@@ -115,10 +113,7 @@ fn preamble(
     };
     let places: Vec<InputFault> = first_rows.iter().map(cell).collect();
     let preamble = preamble.with_rows(first_rows, record);
-    preamble.map_err(|row| match places.into_iter().nth(row) {
-        Some(place) => fault(place),
-        None => fault(InputFault::NoRows),
-    })
+    preamble.map_err(|row| places.into_iter().nth(row).unwrap_or(InputFault::NoRows))
 }
 
 /// A column of coordinates of the rows.
@@ -193,7 +188,7 @@ impl Table<'_> {
         let is_clock = |c: &usize| self.clocks.iter().any(|clock| clock.column == *c);
         self.columns = (0..width).filter(|c| !is_clock(c)).collect();
         if self.columns.is_empty() {
-            return Err(source.fault(InputFault::NoColumns));
+            return Err(InputFault::NoColumns.into());
         }
         let most = count_lines(&source.bytes)
             .saturating_mul(self.columns.len())
@@ -262,9 +257,7 @@ impl Table<'_> {
             false => (0..width).map(|column| column.to_string()).collect(),
         };
         let missing = InputFault::NoSuchColumn { asked, columns };
-        column
-            .map(|column| vec![column])
-            .ok_or_else(|| self.source.fault(missing))
+        Ok(vec![column.ok_or(missing)?])
     }
 
     fn push(&mut self, record: &ByteRecord) -> Result<(), InputFault> {
@@ -444,40 +437,38 @@ impl Table<'_> {
 
     fn contents(mut self) -> Result<Contents> {
         let source = self.source;
-        let fault = |fault| source.fault(fault);
         let (stated, options) = (&source.stated, source.options);
         let statements = &self.preamble.statements;
-        let time = statements.time(stated, options).map_err(fault)?;
-        let space = statements.space(stated, options).map_err(fault)?;
+        let time = statements.time(stated, options)?;
+        let space = statements.space(stated, options)?;
         let has_times = !self.clocks.is_empty() || time.has_step();
         self.leave_out(has_times);
         if !has_times && options.time_column == TimeColumn::Detect {
-            self.judge_first_column().map_err(fault)?;
+            self.judge_first_column()?;
         }
         let clocks = self.clocks.iter().map(|clock| self.listing(clock));
-        let rows = Listing::best(clocks.collect()).map_err(fault)?;
+        let rows = Listing::best(clocks.collect())?;
         let rows = rows.map(Given::Listed);
         let (n_rows, n_columns) = (self.lines.len(), self.columns.len());
         let columns = self.labels().map(Given::Listed);
         let rows_are_times = self.rows_are_times;
         let (times, sites) = by_rows(rows_are_times, rows, columns);
         let (n_times, n_sites) = by_rows(rows_are_times, n_rows, n_columns);
-        let time = time.axis(times, &mut self.notes).map_err(|uneven| {
-            source.fault(match uneven {
-                InputFault::UnevenAxis {
-                    index,
-                    expected,
-                    found,
-                    ..
-                } if rows_are_times => InputFault::UnevenTimes {
-                    line: self.line(self.lines[index]),
-                    expected,
-                    found,
-                },
-                other => other,
-            })
+        let time = time.axis(times, &mut self.notes);
+        let time = time.map_err(|uneven| match uneven {
+            InputFault::UnevenAxis {
+                index,
+                expected,
+                found,
+                ..
+            } if rows_are_times => InputFault::UnevenTimes {
+                line: self.line(self.lines[index]),
+                expected,
+                found,
+            },
+            other => other,
         })?;
-        let space = space.axis(sites, &mut self.notes).map_err(fault)?;
+        let space = space.axis(sites, &mut self.notes)?;
         if stated.layout.is_none() && self.clocks.is_empty() {
             self.notes.extend(Note::on_shape(n_times, n_sites));
         }
@@ -495,7 +486,12 @@ impl Table<'_> {
             notes: self.notes,
             ..Field::of_storage(storage, (n_times, n_sites))
         };
-        Ok(Contents::of(field, [time, space], quantity))
+        Ok(Contents {
+            field,
+            time,
+            space,
+            quantity,
+        })
     }
 
     /// The names of the columns of samples as numbers, if all are; above units they number channels.

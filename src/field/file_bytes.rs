@@ -45,6 +45,12 @@ impl Deref for FileBytes {
     }
 }
 
+impl wavecascade_formats::FileBytes for FileBytes {
+    fn release(&self, range: Range<usize>) {
+        FileBytes::release(self, range);
+    }
+}
+
 impl FileBytes {
     /// The file at `path` and its state when it was opened. `allow` says whether that many bytes may
     /// be copied to memory.

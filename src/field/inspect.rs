@@ -6,9 +6,8 @@ use wavecascade_formats::{Attributes, Container, Coordinate, Format, Place, Valu
 
 use super::Field;
 use super::labelled::{Arrays, dimensions};
-use super::open::{FileSource, Opened};
+use super::open::Opened;
 use super::options::{OpenOptions, ReadMode};
-use super::sidecar::Sidecar;
 use crate::error::Result;
 
 /// Characters of an attribute that are shown.
@@ -54,23 +53,17 @@ pub fn inspect(path: &Path, options: &OpenOptions) -> Result<Inspection> {
         hash: false,
         ..options.clone()
     };
-    let Opened { bytes, format, .. } = Opened::at(path, &options)?;
-    let source = FileSource {
-        path,
-        bytes,
-        options: &options,
-        stated: Sidecar::default(),
-    };
+    let opened = Opened::at(path, &options)?;
+    let format = opened.format;
     let (attributes, variables) = match format {
         Format::Table => (Vec::new(), Vec::new()),
-        format => {
-            let container = Arrays::open(&source, format)?.container;
+        format => opened.arrays(path, &options, |Arrays { container, .. }| {
             // One array without a name is not listed.
             let is_listed = format != Format::Npy;
             let listed = container.variables.iter().filter(|_| is_listed);
-            let infos = listed.map(|v| info(&container, v)).collect();
-            (texts(&container.attributes), infos)
-        }
+            let infos = listed.map(|v| info(container, v)).collect();
+            Ok((texts(&container.attributes), infos))
+        })?,
     };
     Ok(Inspection {
         format: format.to_string(),
@@ -95,7 +88,13 @@ fn info(container: &Container, variable: &Variable) -> VariableInfo {
         path: variable.path.clone(),
         dimensions: dimensions(variable),
         sample: variable.sample_type.name().to_owned(),
-        is_in_place: matches!(variable.place, Place::Strided { .. }),
+        is_in_place: matches!(
+            variable.place,
+            Place::Strided {
+                is_in_file: true,
+                ..
+            }
+        ),
         coordinates: all.map(|d| coordinate(&d.coordinate, d.len)).collect(),
         attributes: texts(&variable.attributes),
     }

@@ -10,7 +10,7 @@ use super::sidecar::Sidecar;
 use super::statements::Statements;
 use super::storage::{Bytes, Storage};
 use super::{ByteOrder, Field, Note, Sample, labelled, meaning};
-use crate::error::{Error, InputFault, Result};
+use crate::error::{InputFault, Result};
 
 /// Bytes of another owner, which stay as they are while anything refers to them.
 #[derive(Clone)]
@@ -107,7 +107,7 @@ impl MemorySamples {
         }
         let bytes = Bytes::Shared(self.bytes);
         let numbers = (self.sample, self.order);
-        Ok(Storage::of_strides(bytes, numbers, start, shape, strides))
+        Ok(Storage::new(bytes, numbers, start, shape, strides))
     }
 }
 
@@ -116,9 +116,9 @@ impl Field {
     /// for [`Field::open`]; options that choose among the arrays of a file have no effect.
     ///
     /// # Errors
-    /// - [`Error::Input`]: samples outside of their bytes; coordinates that are not even.
-    /// - [`Error::Request`]: a step, an origin or a selection that does not fit.
-    /// - [`Error::Memory`]: samples to resample that exceed [`OpenOptions::memory`].
+    /// - [`crate::Error::Input`]: samples outside of their bytes; coordinates that are not even.
+    /// - [`crate::Error::Request`]: a step, an origin or a selection that does not fit.
+    /// - [`crate::Error::Memory`]: samples to resample that exceed [`OpenOptions::memory`].
     pub fn from_memory(
         samples: MemorySamples,
         labels: MemoryLabels,
@@ -126,21 +126,28 @@ impl Field {
     ) -> Result<Field> {
         options.check()?;
         let path = std::path::PathBuf::from(&labels.name);
-        let fault = Error::input(&path);
+        Field::of_memory(samples, labels, options).map_err(|error| error.at(&path))
+    }
+
+    fn of_memory(
+        samples: MemorySamples,
+        labels: MemoryLabels,
+        options: &OpenOptions,
+    ) -> Result<Field> {
         let stated = options.over(Sidecar::default());
         let [n_times, n_sites] = samples.shape;
         if n_times == 0 || n_sites == 0 {
-            return Err(fault(InputFault::Empty));
+            return Err(InputFault::Empty.into());
         }
-        let storage = samples.storage().map_err(fault)?;
+        let storage = samples.storage()?;
         let start = labels.start.map(|time| Note::start(&time));
         let mut notes = Vec::from_iter(start);
         let statements = Statements::default();
-        let time = statements.time(&stated, options).map_err(fault)?;
-        let space = statements.space(&stated, options).map_err(fault)?;
+        let time = statements.time(&stated, options)?;
+        let space = statements.space(&stated, options)?;
         let given = |listed: Option<ListedAxis>| listed.map(|listed| Given::Listed(listed.into()));
-        let time = time.axis(given(labels.time), &mut notes).map_err(fault)?;
-        let space = space.axis(given(labels.space), &mut notes).map_err(fault)?;
+        let time = time.axis(given(labels.time), &mut notes)?;
+        let space = space.axis(given(labels.space), &mut notes)?;
         let named = labels.quantity.as_deref().unwrap_or_default();
         let quantity = meaning::quantity(named, None, labels.unit.as_deref());
         let field = Field {
@@ -150,9 +157,14 @@ impl Field {
             struck: labels.struck.filter(|site| *site < n_sites),
             ..Field::of_storage(storage, (n_times, n_sites))
         };
-        let mut contents = Contents::of(field, [time, space], quantity);
+        let mut contents = Contents {
+            field,
+            time,
+            space,
+            quantity,
+        };
         contents.note_doubts(labels.is_layout_known || stated.layout.is_some());
-        completed(contents, stated, options, &labels.name, &fault)
+        completed(contents, stated, options, &labels.name)
     }
 }
 
@@ -171,6 +183,7 @@ impl From<ListedAxis> for Listing {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
 
     /// 6 x 5 numbers, row-major, behind 3 others.
     fn bytes() -> SharedBytes {

@@ -5,17 +5,17 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use wavecascade_formats::Format;
+use wavecascade_formats::{Container, Format, Options, has_members};
 
 use super::coordinates::{Coordinates, Listed};
 use super::file_bytes::FileBytes;
-use super::interpolate::Interpolant;
+use super::labelled::Arrays;
 use super::options::{Header, OpenOptions, ReadMode, TimeColumn};
 use super::resample::resampled;
 use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
 use super::state::FileState;
-use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz};
+use super::{Field, Layout, Note, Quantity, csv, directory, labelled};
 use crate::error::{Error, ForeignFormat, InputFault, Result};
 use crate::measure::{Dimension, Length, quotient};
 
@@ -31,10 +31,6 @@ pub(super) struct FileSource<'a> {
 impl FileSource<'_> {
     pub(super) fn layout(&self) -> Layout {
         self.stated.layout.unwrap_or_default()
-    }
-
-    pub(super) fn fault(&self, fault: InputFault) -> Error {
-        Error::input(self.path)(fault)
     }
 
     /// Checks that `needed` bytes are within the memory limit, with a copy of the file.
@@ -74,44 +70,54 @@ impl Opened {
             format,
         })
     }
+
+    /// The arrays of what is at `path` and no table.
+    fn container(&self, path: &Path, memory: Option<u64>) -> Result<Container> {
+        let mut options = Options::default();
+        options.memory = memory;
+        Ok(match self.format {
+            Format::Zarr => wavecascade_formats::open_directory(self.format, path, &options)?,
+            format => wavecascade_formats::open(format, Arc::clone(&self.bytes) as _, &options)?,
+        })
+    }
+
+    /// What `read` makes of its arrays.
+    pub(super) fn arrays<T>(
+        self,
+        path: &Path,
+        options: &OpenOptions,
+        read: impl FnOnce(&mut Arrays) -> Result<T>,
+    ) -> Result<T> {
+        let container = self.container(path, options.memory);
+        let source = FileSource {
+            path,
+            bytes: self.bytes,
+            options,
+            stated: Sidecar::default(),
+        };
+        let arrays = container.and_then(|container| Arrays::new(&source, container));
+        let read = arrays.and_then(|mut arrays| read(&mut arrays));
+        read.map_err(|error| error.at(path))
+    }
 }
 
 /// Output of the format readers.
 pub(super) struct Contents {
     /// The samples and what is known of them, without its axes.
     pub(super) field: Field,
-    pub(super) time: Coordinates,
-    pub(super) space: Coordinates,
-    /// How samples come to the axes of times and sites, where they are not there.
-    pub(super) resampling: [Option<Interpolant>; 2],
+    pub(super) time: Listed,
+    pub(super) space: Listed,
     pub(super) quantity: Option<Quantity>,
 }
 
 impl Contents {
-    /// A field with both axes.
-    pub(super) fn of(
-        field: Field,
-        [time, space]: [Listed; 2],
-        quantity: Option<Quantity>,
-    ) -> Contents {
-        Contents {
-            field,
-            time: time.even,
-            space: space.even,
-            resampling: [time.resampling, space.resampling],
-            quantity,
-        }
-    }
-
     /// Brings the samples to the axes.
     fn resampled(mut self, options: &OpenOptions) -> Result<Contents> {
-        let [time, space] = &self.resampling;
-        if let Some(time) = time {
-            let field = &mut self.field;
+        let field = &mut self.field;
+        if let Some(time) = &self.time.resampling {
             field.storage = resampled(&field.storage, field.n_sites, time, options, true)?;
         }
-        if let Some(space) = space {
-            let field = &mut self.field;
+        if let Some(space) = &self.space.resampling {
             field.storage = resampled(&field.storage, field.n_times, space, options, false)?;
         }
         Ok(self)
@@ -125,7 +131,7 @@ impl Contents {
         if !is_layout_known {
             field.notes.extend(Note::on_shape(times, sites));
         }
-        if self.time == Coordinates::default() {
+        if self.time.even == Coordinates::default() {
             let doubt = Note::on_samples(&field.storage, times, sites);
             field.notes.extend(doubt);
         }
@@ -165,16 +171,19 @@ impl Field {
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Field> {
         let path = path.as_ref();
         options.check()?;
+        Field::read(path, options).map_err(|error| error.at(path))
+    }
+
+    fn read(path: &Path, options: &OpenOptions) -> Result<Field> {
         let opened = Opened::at(path, options)?;
-        let (bytes, state, format) = (opened.bytes, opened.state, opened.format);
-        check(format, path, options)?;
+        check(opened.format, path, options)?;
+        let is_table = opened.format == Format::Table;
+        let container = (!is_table).then(|| opened.container(path, options.memory));
+        let container = container.transpose()?;
+        let Opened { bytes, state, .. } = opened;
         // The `run.toml` next to a run is its scene, and `field.toml` next to a field that this program
         // wrote that of the file it was made of: not a sidecar.
-        let is_own = match format {
-            Format::Npz => npz::own_parts(&bytes)[0],
-            Format::Table => false,
-            _ => labelled::own(Arc::clone(&bytes)).is_some(),
-        };
+        let is_own = container.as_ref().and_then(labelled::own_schema).is_some();
         let sidecar = Sidecar::find_for(path, is_own)?.map(|(_, sidecar)| sidecar);
         let source = FileSource {
             path,
@@ -182,9 +191,9 @@ impl Field {
             options,
             stated: options.over(sidecar.unwrap_or_default()),
         };
-        let contents = match format {
-            Format::Table => csv::read(&source)?,
-            format => labelled::read(&source, format)?,
+        let contents = match container {
+            None => csv::read(&source)?,
+            Some(container) => labelled::read(&source, container)?,
         };
         // A copy is hashed at once: the file may be another when its hash is wanted.
         let is_copy = source.bytes.is_copy();
@@ -194,9 +203,7 @@ impl Field {
         };
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let stated = source.stated.clone();
-        let field = completed(contents, stated, options, &name, &|fault| {
-            source.fault(fault)
-        })?;
+        let field = completed(contents, stated, options, &name)?;
         Ok(Field {
             opened: state.filter(|_| !is_copy),
             content_hash,
@@ -211,13 +218,12 @@ pub(super) fn completed(
     stated: Sidecar,
     options: &OpenOptions,
     name: &str,
-    fault: &dyn Fn(InputFault) -> Error,
 ) -> Result<Field> {
     let contents = contents.resampled(options)?;
-    let time = contents.time.axis([stated.t0, stated.dt], stated.time_unit);
-    let space = contents.space;
-    let space = space.axis([stated.x0, stated.dx], stated.space_unit);
-    let (time, space) = (time.map_err(fault)?, space.map_err(fault)?);
+    let time = contents.time.even;
+    let time = time.axis([stated.t0, stated.dt], stated.time_unit)?;
+    let space = contents.space.even;
+    let space = space.axis([stated.x0, stated.dx], stated.space_unit)?;
     let mut field = contents.field;
     let notes = &mut field.notes;
     let quantity = stated.quantity.or(contents.quantity).unwrap_or_default();
@@ -242,8 +248,6 @@ pub(super) fn header_numbers(
     options: &OpenOptions,
     asked: Option<&str>,
 ) -> Result<Vec<NamedNumber>> {
-    let bytes = map(path)?;
-    let format = detect(path, &bytes).map_err(Error::input(path))?;
     let sidecar = Sidecar::find_for(path, false)?.map(|(_, sidecar)| sidecar);
     let sidecar = sidecar.unwrap_or_default();
     let x0 = sidecar.x0.map(|x0| NamedNumber {
@@ -255,15 +259,14 @@ pub(super) fn header_numbers(
         },
         rounding: f64::EPSILON * x0.value.abs(),
     });
-    let source = FileSource {
-        path,
-        bytes,
-        options,
-        stated: Sidecar::default(),
+    let mapped = OpenOptions {
+        read: ReadMode::Map,
+        ..options.clone()
     };
-    let mut numbers = match format {
+    let opened = Opened::at(path, &mapped)?;
+    let mut numbers = match opened.format {
         Format::Table => Vec::new(),
-        format => labelled::Arrays::open(&source, format)?.positions(asked)?,
+        _ => opened.arrays(path, options, |arrays| arrays.positions(asked))?,
     };
     numbers.extend(x0.filter(|_| asked.is_none_or(|asked| asked == "x0")));
     Ok(numbers)
@@ -282,7 +285,7 @@ pub fn is_run_file(path: &Path) -> Result<bool> {
 /// # Errors
 /// [`Error::Read`].
 pub(crate) fn is_run_archive(path: &Path) -> Result<bool> {
-    is_at(path, |bytes| npz::own_parts(bytes) == [true, true])
+    own_members(path, [true, true])
 }
 
 /// Whether the file at `path` is a field written by this program.
@@ -290,7 +293,7 @@ pub(crate) fn is_run_archive(path: &Path) -> Result<bool> {
 /// # Errors
 /// [`Error::Read`].
 pub(crate) fn is_field_file(path: &Path) -> Result<bool> {
-    is_at(path, |bytes| npz::own_parts(bytes) == [true, false])
+    own_members(path, [true, false])
 }
 
 /// What a NetCDF file that this program wrote states as its schema, and whether it is a run.
@@ -304,22 +307,31 @@ pub(crate) fn own_netcdf(path: &Path) -> Result<Option<(String, bool)>> {
     }
 }
 
-/// The texts and the arrays of a NetCDF file; `None` for any other file.
+/// Whether the file at `path` is a NetCDF file.
 ///
 /// # Errors
-/// [`Error::Read`]; [`Error::Input`] for a damaged file.
-pub(crate) fn read_container(path: &Path) -> Result<Option<labelled::Parts>> {
-    let parts = labelled::parts(map(path)?).transpose();
-    parts.map_err(|fault| Error::Input {
-        path: path.to_owned(),
-        fault: InputFault::Container {
-            fault: Box::new(fault),
-        },
-    })
+/// [`Error::Read`]; [`Error::Input`] for an empty file.
+pub(crate) fn is_netcdf(path: &Path) -> Result<bool> {
+    Ok(labelled::netcdf(&map(path)?).is_some())
 }
 
-/// Whether an archive is one. Of other files, which may change once they are copied, the end is not looked at.
-fn is_at(path: &Path, is_one: impl FnOnce(&[u8]) -> bool) -> Result<bool> {
+/// Reads arrays and texts of the NetCDF file at `path`, or of the archive that any other file is.
+pub(crate) fn read_members<T>(
+    path: &Path,
+    read: impl FnOnce(&mut Arrays) -> Result<T>,
+) -> Result<T> {
+    let bytes = map(path)?;
+    let opened = Opened {
+        format: labelled::netcdf(&bytes).unwrap_or(Format::Npz),
+        bytes,
+        state: None,
+    };
+    opened.arrays(path, &OpenOptions::default(), read)
+}
+
+/// Whether an archive holds these texts of this program: a schema, as its fields and runs do, and a scene, as runs do.
+/// Of other files, which may change once they are copied, the end is not looked at.
+fn own_members(path: &Path, held: [bool; 2]) -> Result<bool> {
     let mut first = [0; 2];
     let start = File::open(path).and_then(|mut file| file.read_exact(&mut first));
     if start.is_ok() && first != *b"PK" {
@@ -328,7 +340,7 @@ fn is_at(path: &Path, is_one: impl FnOnce(&[u8]) -> bool) -> Result<bool> {
     match map(path) {
         // Empty, or no regular file.
         Err(Error::Input { .. }) => Ok(false),
-        bytes => Ok(is_one(&bytes?)),
+        bytes => Ok(has_members(&bytes?, ["schema", "scene"]) == held),
     }
 }
 
@@ -378,16 +390,13 @@ fn check(format: Format, path: &Path, options: &OpenOptions) -> Result<()> {
 
 /// Detects the format from the magic bytes, else from the extension.
 fn detect(path: &Path, bytes: &[u8]) -> Result<Format, InputFault> {
-    if bytes.starts_with(npy::MAGIC) {
-        return Ok(Format::Npy);
-    }
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let extension = extension.to_string_lossy();
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     // Numbers of a table may look like the header of a text format.
     let is_table = matches!(extension.as_ref(), "csv" | "tsv");
     let labelled = Format::detect(&name, bytes);
-    if let Some(format) = labelled.filter(|_| !is_table) {
+    if let Some(format) = labelled.filter(|format| !is_table || *format == Format::Npy) {
         return Ok(format);
     }
     // What a text is called says nothing of what it is.

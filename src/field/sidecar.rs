@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::file_bytes::regular_file;
 use super::{Layout, Quantity};
 use crate::error::{Error, InputFault, Result};
-use crate::measure::{self, Dimension, Frequency, Length, Measure, Time};
+use crate::measure::{Dimension, Frequency, Length, Measure, Time};
 
 const LENGTH_LIMIT: u64 = 65_536;
 
@@ -42,10 +42,10 @@ pub struct Sidecar {
     #[serde(serialize_with = "typed", deserialize_with = "positive")]
     pub dx: Option<Measure<Length>>,
     /// Time of the first sample.
-    #[serde(serialize_with = "typed", deserialize_with = "finite")]
+    #[serde(serialize_with = "typed")]
     pub t0: Option<Measure<Time>>,
     /// Position of the first site.
-    #[serde(serialize_with = "typed", deserialize_with = "finite")]
+    #[serde(serialize_with = "typed")]
     pub x0: Option<Measure<Length>>,
     pub time_unit: Option<String>,
     pub space_unit: Option<String>,
@@ -156,42 +156,13 @@ fn is_scene(path: &Path) -> bool {
 fn positive<'de, R: Deserializer<'de>, D: Dimension>(
     deserializer: R,
 ) -> Result<Option<Measure<D>>, R::Error> {
-    number(deserializer, "a finite number above 0", |value| value > 0.0)
-}
-
-fn finite<'de, R: Deserializer<'de>, D: Dimension>(
-    deserializer: R,
-) -> Result<Option<Measure<D>>, R::Error> {
-    number(deserializer, "a finite number", |_| true)
-}
-
-/// A number in the unit of the axis, or a string with a unit.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Typed {
-    Number(f64),
-    Text(String),
-}
-
-fn number<'de, R: Deserializer<'de>, D: Dimension>(
-    deserializer: R,
-    expected: &str,
-    accept: impl Fn(f64) -> bool,
-) -> Result<Option<Measure<D>>, R::Error> {
-    let refuse = |found: &dyn std::fmt::Display| {
-        serde::de::Error::custom(format_args!(
-            "expected {expected}, or a text of number and unit ({}), found {found}",
-            measure::units::<D>()
-        ))
-    };
-    let typed = Typed::deserialize(deserializer).map_err(|_| refuse(&"something else"))?;
-    let (measure, found): (_, &dyn std::fmt::Display) = match &typed {
-        Typed::Number(value) => (Some(Measure::new(*value)), value),
-        Typed::Text(text) => (Measure::parse(text), text),
-    };
-    match measure.filter(|measure| measure.value.is_finite() && accept(measure.value)) {
-        Some(measure) => Ok(Some(measure)),
-        None => Err(refuse(found)),
+    let measure = Measure::<D>::deserialize(deserializer)?;
+    match measure.value > 0.0 {
+        true => Ok(Some(measure)),
+        false => Err(serde::de::Error::custom(format_args!(
+            "expected a finite number above 0, found {}",
+            measure.value
+        ))),
     }
 }
 

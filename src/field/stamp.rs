@@ -58,13 +58,7 @@ fn days(date: &str) -> Option<i64> {
         (1..=most).contains(&number).then_some(number)
     };
     let (year, month, day) = (number(year, 9999)?, number(month, 12)?, number(day, 31)?);
-    // Years that begin in March end with the day of leap years.
-    let (year, month) = if month > 2 {
-        (year, month - 3)
-    } else {
-        (year - 1, month + 9)
-    };
-    Some(365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day - 719_469)
+    Some(wavecascade_formats::days_to(year, month, day))
 }
 
 /// Nanoseconds since midnight of a time of day with its zone, less that of the zone, and what its last digit counts.

@@ -1,7 +1,7 @@
 //! Stored samples, read in blocks as `f64`.
 //!
-//! The samples form rows of contiguous samples at equal distances, in memory or in a mapped file, at
-//! any byte offset.
+//! The samples lie at equal distances along both axes, in memory or in a mapped file, at any byte offset; those of
+//! one time or of one site are contiguous as a rule.
 //!
 //! A mapped file must not be truncated by another program while it is open: reading a missing page
 //! ends the process.
@@ -23,7 +23,8 @@ pub(crate) enum Bytes {
     File(Arc<FileBytes>),
     /// Decoded samples of a file in a scratch file.
     Spilled(Arc<FileBytes>),
-    Inflated(Arc<Vec<u8>>),
+    /// Of a file, unpacked or decoded.
+    Unpacked(wavecascade_formats::Bytes),
     Values(Arc<Vec<f64>>),
     /// Of an owner outside of the library.
     Shared(SharedBytes),
@@ -33,7 +34,7 @@ impl Bytes {
     pub(crate) fn as_slice(&self) -> &[u8] {
         match self {
             Bytes::File(bytes) | Bytes::Spilled(bytes) => bytes,
-            Bytes::Inflated(bytes) => bytes,
+            Bytes::Unpacked(bytes) => (**bytes).as_ref(),
             Bytes::Shared(bytes) => bytes.as_slice(),
             // SAFETY: the slice covers exactly the vector's initialized values. Every byte of an
             // `f64` is a valid `u8`, which needs no alignment.
@@ -41,49 +42,6 @@ impl Bytes {
                 std::slice::from_raw_parts(values.as_ptr().cast(), size_of_val(values.as_slice()))
             },
         }
-    }
-}
-
-/// Memory layout of the samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Arrangement {
-    pub(crate) sample: SampleType,
-    pub(crate) order: ByteOrder,
-    /// Byte offset of the first sample.
-    pub(crate) start: usize,
-    /// Samples from the start of one row to that of the next, at least as many as a row has.
-    pub(crate) row_len: usize,
-    /// Whether a row holds the sites of one time, or the times of one site.
-    pub(crate) rows_are_times: bool,
-}
-
-impl Arrangement {
-    /// Rows of samples `(time, site)` of this shape, whose bytes from time to time and from site to site are `strides`;
-    /// `None` where they lie in no rows.
-    pub(crate) fn of_strides(
-        (sample, order): (SampleType, ByteOrder),
-        start: usize,
-        shape: [usize; 2],
-        strides: [isize; 2],
-    ) -> Option<Arrangement> {
-        let size = sample.bytes() as isize;
-        [true, false].into_iter().find_map(|rows_are_times| {
-            let (rows, width) = by_rows(rows_are_times, shape[0], shape[1]);
-            let (slow, fast) = by_rows(rows_are_times, strides[0], strides[1]);
-            let is_contiguous = fast == size || width == 1;
-            let is_apart = slow % size == 0 && slow >= size.saturating_mul(width as isize);
-            (is_contiguous && (is_apart || rows == 1)).then_some(Arrangement {
-                sample,
-                order,
-                start,
-                row_len: if rows == 1 {
-                    width
-                } else {
-                    (slow / size) as usize
-                },
-                rows_are_times,
-            })
-        })
     }
 }
 
@@ -188,47 +146,81 @@ impl Packing {
 #[derive(Debug, Clone)]
 pub(crate) struct Storage {
     bytes: Bytes,
-    arrangement: Arrangement,
-    /// Bytes from time to time and from site to site, of samples that lie in no rows.
-    strides: Option<[isize; 2]>,
+    sample: SampleType,
+    order: ByteOrder,
+    /// Byte of the first sample.
+    start: usize,
+    /// Bytes from time to time and from site to site.
+    strides: [isize; 2],
     packing: Option<Arc<Packing>>,
 }
 
 impl Storage {
-    pub(crate) fn new(bytes: Bytes, arrangement: Arrangement) -> Self {
+    /// Samples `(time, site)` whose bytes from time to time and from site to site are `strides`, all within `bytes`.
+    pub(crate) fn new(
+        bytes: Bytes,
+        (sample, order): (SampleType, ByteOrder),
+        start: usize,
+        [n_times, n_sites]: [usize; 2],
+        [mut time, mut site]: [isize; 2],
+    ) -> Self {
+        // Nothing steps along an axis of one index.
+        if n_sites == 1 {
+            site = sample.bytes() as isize;
+        }
+        if n_times == 1 {
+            time = site.saturating_mul(n_sites as isize);
+        }
         Storage {
             bytes,
-            arrangement,
-            strides: None,
+            sample,
+            order,
+            start,
+            strides: [time, site],
             packing: None,
         }
     }
 
-    /// Samples whose bytes from time to time and from site to site are `strides`, all within `bytes`: in rows, if they lie
-    /// so. Else the length of rows is not that of the bytes.
-    pub(crate) fn of_strides(
+    /// Samples of this machine's byte order in rows of `row_len` samples, of times or of sites.
+    pub(crate) fn in_rows(
         bytes: Bytes,
-        numbers: (SampleType, ByteOrder),
-        start: usize,
-        shape: [usize; 2],
-        strides: [isize; 2],
+        sample: SampleType,
+        row_len: usize,
+        rows_are_times: bool,
     ) -> Self {
-        if let Some(rows) = Arrangement::of_strides(numbers, start, shape, strides) {
-            return Storage::new(bytes, rows);
-        }
-        let [time, site] = strides.map(isize::unsigned_abs);
-        let rows_are_times = time >= site;
-        let arrangement = Arrangement {
-            sample: numbers.0,
-            order: numbers.1,
-            start,
-            row_len: by_rows(rows_are_times, shape[0], shape[1]).1,
-            rows_are_times,
-        };
+        let size = sample.bytes();
+        let (time, site) = by_rows(rows_are_times, (row_len * size) as isize, size as isize);
         Storage {
-            strides: Some(strides),
-            ..Storage::new(bytes, arrangement)
+            bytes,
+            sample,
+            order: ByteOrder::NATIVE,
+            start: 0,
+            strides: [time, site],
+            packing: None,
         }
+    }
+
+    /// `values` in rows of `row_len`.
+    pub(crate) fn from_values(values: Vec<f64>, row_len: usize, rows_are_times: bool) -> Self {
+        let bytes = Bytes::Values(Arc::new(values));
+        Storage::in_rows(bytes, SampleType::F64, row_len, rows_are_times)
+    }
+
+    /// From an array `(time, site)`, which is not copied.
+    pub(crate) fn from_array(values: Array2<f64>) -> Self {
+        let size = size_of::<f64>();
+        let shape = <[usize; 2]>::from(values.dim());
+        let strides = [0, 1].map(|axis| values.strides()[axis] * size as isize);
+        let (values, offset) = values.into_raw_vec_and_offset();
+        let numbers = (SampleType::F64, ByteOrder::NATIVE);
+        let start = offset.unwrap_or(0) * size;
+        Storage::new(
+            Bytes::Values(Arc::new(values)),
+            numbers,
+            start,
+            shape,
+            strides,
+        )
     }
 
     /// The same with numbers that stand for others.
@@ -241,57 +233,14 @@ impl Storage {
 
     /// The part of the storage that begins at this time and site.
     pub(crate) fn from(mut self, time: usize, site: usize) -> Self {
-        let at = self.arrangement;
-        let (row, column) = by_rows(at.rows_are_times, time, site);
-        self.arrangement.start = match self.strides {
-            Some(strides) => offset(at.start, strides, time, site),
-            None => at.start + (row * at.row_len + column) * at.sample.bytes(),
-        };
+        self.start = self.byte(time, site);
         self.with_factors(|factor| factor.from(time, site))
-    }
-
-    /// `values` in rows of `row_len`.
-    pub(crate) fn from_values(values: Vec<f64>, row_len: usize, rows_are_times: bool) -> Self {
-        Storage::of_numbers(Bytes::Values(Arc::new(values)), row_len, rows_are_times)
-    }
-
-    /// Numbers in double precision in rows of `row_len`.
-    pub(crate) fn of_numbers(bytes: Bytes, row_len: usize, rows_are_times: bool) -> Self {
-        let arrangement = Arrangement {
-            sample: SampleType::F64,
-            order: ByteOrder::NATIVE,
-            start: 0,
-            row_len,
-            rows_are_times,
-        };
-        Storage::new(bytes, arrangement)
-    }
-
-    /// From an array `(time, site)`; not copied if contiguous in either order.
-    pub(crate) fn from_array(values: Array2<f64>) -> Self {
-        let rows_are_times = !values.t().is_standard_layout() || values.is_standard_layout();
-        let rows = if rows_are_times {
-            values
-        } else {
-            values.reversed_axes()
-        };
-        let row_len = rows.ncols();
-        let rows = match rows.is_standard_layout() {
-            true => rows,
-            false => rows.as_standard_layout().into_owned(),
-        };
-        let len = rows.len();
-        let (mut values, offset) = rows.into_raw_vec_and_offset();
-        values.drain(..offset.unwrap_or(0));
-        values.truncate(len);
-        Storage::from_values(values, row_len, rows_are_times)
     }
 
     /// The same samples with times for sites.
     pub(crate) fn transposed(&self) -> Storage {
         let mut storage = self.clone();
-        storage.arrangement.rows_are_times ^= true;
-        storage.strides = storage.strides.map(|[time, site]| [site, time]);
+        storage.strides.reverse();
         storage.with_factors(Factor::transposed)
     }
 
@@ -306,23 +255,40 @@ impl Storage {
         Storage { packing, ..self }
     }
 
-    /// Whether a row holds the sites of one time.
+    /// Whether the samples of one time are closer than those of one site.
     pub(crate) fn rows_are_times(&self) -> bool {
-        self.arrangement.rows_are_times
+        let [time, site] = self.strides.map(isize::unsigned_abs);
+        time >= site
+    }
+
+    /// Bytes from row to row and from column to column.
+    fn by_rows(&self) -> [isize; 2] {
+        let [time, site] = self.strides;
+        by_rows(self.rows_are_times(), time, site).into()
+    }
+
+    /// Samples from the start of one row to that of the next, where those of a row are contiguous.
+    fn row_len(&self) -> Option<usize> {
+        let ([row, column], size) = (self.by_rows(), self.sample.bytes() as isize);
+        let is_in_rows = column == size && row % size == 0;
+        usize::try_from(row / size).ok().filter(|_| is_in_rows)
+    }
+
+    /// The byte of a sample.
+    fn byte(&self, time: usize, site: usize) -> usize {
+        let from_first = self.strides[0] * time as isize + self.strides[1] * site as isize;
+        self.start.wrapping_add_signed(from_first)
     }
 
     /// Relative rounding error of a sample.
     pub(crate) fn relative_rounding(&self) -> f64 {
-        self.arrangement.sample.relative_rounding()
+        self.sample.relative_rounding()
     }
 
     /// Whether every sample is a number in single precision.
     pub(crate) fn is_single(&self) -> bool {
         use SampleType::{Bool, F16, F32, I8, I16, U8, U16};
-        let is_short = matches!(
-            self.arrangement.sample,
-            F32 | F16 | I8 | I16 | U8 | U16 | Bool
-        );
+        let is_short = matches!(self.sample, F32 | F16 | I8 | I16 | U8 | U16 | Bool);
         let packing = self.packing.as_ref();
         is_short && !packing.is_some_and(|packing| packing.is_scaled())
     }
@@ -355,13 +321,11 @@ impl Storage {
     /// All rows in order without conversion, if they are aligned `f64` in native byte order, each of
     /// `row_len` samples with nothing between them.
     pub(crate) fn numbers(&self, row_len: usize) -> Option<&[f64]> {
-        let at = self.arrangement;
-        let is_native = at.sample == SampleType::F64 && at.order == ByteOrder::NATIVE;
-        let is_in_rows = self.strides.is_none() && at.row_len == row_len;
-        if !is_native || self.packing.is_some() || !is_in_rows {
+        let is_native = self.sample == SampleType::F64 && self.order == ByteOrder::NATIVE;
+        if !is_native || self.packing.is_some() || self.row_len() != Some(row_len) {
             return None;
         }
-        let bytes = &self.bytes.as_slice()[at.start..];
+        let bytes = &self.bytes.as_slice()[self.start..];
         bytemuck::try_cast_slice(&bytes[..bytes.len() / 8 * 8]).ok()
     }
 
@@ -376,44 +340,38 @@ impl Storage {
         site_major: bool,
         out: &mut [f64],
     ) {
-        let Arrangement { sample, order, .. } = self.arrangement;
-        let Arrangement { start, row_len, .. } = self.arrangement;
         let rows_are_times = self.rows_are_times();
         let (rows, columns) = by_rows(rows_are_times, times.clone(), sites.clone());
         if rows.is_empty() || columns.is_empty() {
             return;
         }
         let transposed = rows_are_times == site_major;
-        let strided = self.strides.map(|strides| {
-            let (row, column) = by_rows(rows_are_times, strides[0], strides[1]);
-            StridedBlock {
-                bytes: self.bytes.as_slice(),
-                start,
-                strides: [row, column],
-                rows: rows.clone(),
-                columns: columns.clone(),
-                transposed,
-            }
-        });
-        // Strides may lead below the first sample.
-        let from = if strided.is_some() { 0 } else { start };
-        let block = ReadBlock {
-            bytes: &self.bytes.as_slice()[from..],
+        let bytes = self.bytes.as_slice();
+        let block = self.row_len().map(|row_len| ReadBlock {
+            bytes: &bytes[self.start..],
             row_len,
+            rows: rows.clone(),
+            columns: columns.clone(),
+            transposed,
+        });
+        let strided = StridedBlock {
+            bytes,
+            start: self.start,
+            strides: self.by_rows(),
             rows,
             columns,
             transposed,
         };
         macro_rules! decode {
             ($type:ty, $value:expr) => {
-                match (&strided, order) {
-                    (None, ByteOrder::Little) => {
+                match (&block, self.order) {
+                    (Some(block), ByteOrder::Little) => {
                         block.read(|b| $value(<$type>::from_le_bytes(b)), out)
                     }
-                    (None, ByteOrder::Big) => {
+                    (Some(block), ByteOrder::Big) => {
                         block.read(|b| $value(<$type>::from_be_bytes(b)), out)
                     }
-                    (Some(strided), order) => strided.read(
+                    (None, order) => strided.read(
                         |b| match order {
                             ByteOrder::Little => $value(<$type>::from_le_bytes(b)),
                             ByteOrder::Big => $value(<$type>::from_be_bytes(b)),
@@ -423,7 +381,7 @@ impl Storage {
                 }
             };
         }
-        match sample {
+        match self.sample {
             SampleType::F64 => decode!(f64, f64::from),
             SampleType::F32 => decode!(f32, f64::from),
             SampleType::F16 => decode!(u16, half_to_f64),
@@ -453,36 +411,29 @@ impl Storage {
     /// Has the system read the samples of a block, row by row. A fault on a page would read as much again
     /// around it, of which short pieces of rows use little.
     pub(crate) fn fetch_block(&self, times: Range<usize>, sites: Range<usize>) {
-        let Arrangement { start, row_len, .. } = self.arrangement;
-        let (rows, columns) = by_rows(self.rows_are_times(), times, sites);
-        let size = self.arrangement.sample.bytes();
-        if let Some(bytes) = self.mapped() {
-            for row in rows {
-                let at = |column: usize| start + (row * row_len + column) * size;
-                bytes.fetch(at(columns.start)..at(columns.end));
-            }
+        let rows_are_times = self.rows_are_times();
+        let (rows, columns) = by_rows(rows_are_times, times, sites);
+        let Some(bytes) = self.mapped() else { return };
+        for row in rows {
+            let at = |column| {
+                let (time, site) = by_rows(rows_are_times, row, column);
+                self.byte(time, site)
+            };
+            bytes.fetch(at(columns.start)..at(columns.end));
         }
     }
 
     /// As [`Storage::release_pages`], for the whole rows of a block and the pages mapped around
     /// them.
     pub(crate) fn release_block(&self, times: Range<usize>, sites: Range<usize>) {
-        let Arrangement { start, row_len, .. } = self.arrangement;
         let (rows, _) = by_rows(self.rows_are_times(), times, sites);
-        let row = row_len * self.arrangement.sample.bytes();
+        let row = self.by_rows()[0].unsigned_abs();
         if let Some(bytes) = self.mapped() {
-            let from = start + rows.start * row;
-            let end = start + rows.end * row + MAPPED_AROUND;
+            let from = self.start + rows.start * row;
+            let end = self.start + rows.end * row + MAPPED_AROUND;
             bytes.release(from.saturating_sub(MAPPED_AROUND)..bytes.len().min(end));
         }
     }
-}
-
-/// The byte of a sample.
-fn offset(start: usize, strides: [isize; 2], time: usize, site: usize) -> usize {
-    start
-        .wrapping_add_signed(strides[0] * time as isize)
-        .wrapping_add_signed(strides[1] * site as isize)
 }
 
 /// What counts rows and what counts columns, of what counts times and what counts sites.

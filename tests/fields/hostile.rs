@@ -64,16 +64,19 @@ fn other_formats_are_named() {
     }
 }
 
+/// That an array is refused with these words.
+fn refused(bytes: impl AsRef<[u8]>, words: &str) {
+    let said = fault("field.npy", bytes).to_string();
+    assert!(said.contains(words), "{said}, not {words}");
+}
+
 #[test]
 fn npy_magic_and_version() {
-    let found = b"\x93NUMPX".to_vec();
-    let magic = fault("field.npy", b"\x93NUMPX\x01\x00");
-    assert_eq!(magic, InputFault::NpyMagic { found });
-    for (major, minor) in [(0, 0), (1, 1), (4, 0), (255, 255)] {
+    refused(b"\x93NUMPX\x01\x00", "the NumPy signature");
+    for version in [[0, 0], [1, 1], [4, 0], [255, 255]] {
         let mut bytes = npy_f64("(1, 1)", [0.0]);
-        bytes[6..8].copy_from_slice(&[major, minor]);
-        let expected = InputFault::NpyVersion { major, minor };
-        assert_eq!(fault("field.npy", bytes), expected);
+        bytes[6..8].copy_from_slice(&version);
+        refused(bytes, &format!("version {version:?}"));
     }
 }
 
@@ -81,86 +84,73 @@ fn npy_magic_and_version() {
 fn npy_header_that_is_cut_or_endless() {
     for len in 6..20 {
         let bytes = &npy_f64("(1, 1)", [0.0])[..len];
-        let InputFault::Truncated { found, .. } = fault("field.npy", bytes) else {
-            panic!("{len}");
-        };
-        assert_eq!(found, len as u64);
+        refused(bytes, &format!("found {len}: the file is truncated"));
     }
     let mut bytes = b"\x93NUMPY\x02\x00".to_vec();
     bytes.extend(u32::MAX.to_le_bytes());
     bytes.extend(b"{'descr'");
-    let (found, limit) = (u64::from(u32::MAX), 65_536);
-    let expected = InputFault::NpyHeaderLength { found, limit };
-    assert_eq!(fault("field.npy", bytes), expected);
-}
-
-#[test]
-fn npy_header_with_deep_nesting() {
-    use InputFault::{NpyHeader, StructuredType};
-
+    refused(bytes, "found 4294967295");
     let deep = "[".repeat(60_000);
-    for text in [
-        format!("{{'descr': {deep}"),
-        format!("{{'descr': '<f8', 'shape': {deep}"),
-        format!("{{'descr': '<f8', 'shape': ({}", "(".repeat(60_000)),
-        "{".repeat(60_000),
+    for (text, words) in [
+        (format!("{{'descr': {deep}"), "structured type"),
+        (format!("{{'descr': '<f8', 'shape': {deep}"), "header, byte"),
+        (
+            format!("{{'descr': '<f8', 'shape': ({}", "(".repeat(60_000)),
+            "header, byte",
+        ),
+        ("{".repeat(60_000), "header, byte"),
     ] {
-        let fault = fault("field.npy", npy_with_header(&text, b""));
-        let is_named = matches!(fault, NpyHeader { .. } | StructuredType { .. });
-        assert!(is_named, "{fault}");
+        refused(npy_with_header(&text, b""), words);
     }
 }
 
 #[test]
 fn npy_header_fault_says_where() {
     let text = "{'descr': '<f8', 'fortran_order': Maybe, 'shape': (1, 1)}";
-    assert_eq!(
-        fault("field.npy", npy_with_header(text, b"")),
-        InputFault::NpyHeader {
-            at: 10 + text.find("Maybe").unwrap(),
-            expected: "True or False",
-            found: "Maybe, 'shape': (1, 1)}".into()
-        }
-    );
+    let at = 10 + text.find("Maybe").unwrap();
+    let words = format!("byte {at}: expected True or False, found \"Maybe, 'shape': (1, 1)}}\"");
+    refused(npy_with_header(text, b""), &words);
 }
 
 #[test]
 fn npy_types_that_are_no_samples() {
-    let objects = npy("|O", "(2, 2)", b"\x80\x04");
-    assert_eq!(fault("field.npy", objects), InputFault::PickledObjects);
     let record = "{'descr': [('a', '<f8'), ('b', '<i4')], 'fortran_order': False, 'shape': (2,)}";
-    assert!(matches!(
-        fault("field.npy", npy_with_header(record, b"")),
-        InputFault::StructuredType { descr } if descr.starts_with("[('a', '<f8')")
-    ));
-    let descr = "|V16".to_owned();
-    let found = fault("field.npy", npy(&descr, "(2, 2)", b""));
-    assert_eq!(found, InputFault::StructuredType { descr });
-    let descr = "<c16".to_owned();
-    let found = fault("field.npy", npy(&descr, "(1, 1)", &[0; 16]));
-    assert_eq!(found, InputFault::ComplexType { descr });
-    for descr in ["<f16", "<U4", "<M8[ns]", "<f", "", "<", "<i3", "f88"] {
-        let expected = InputFault::SampleType {
-            descr: descr.into(),
-        };
-        assert_eq!(fault("field.npy", npy(descr, "(1, 1)", &[0; 16])), expected);
+    let words = "the structured type \"[('a', '<f8')";
+    refused(npy_with_header(record, b""), words);
+    refused(npy("|O", "(2, 2)", b"\x80\x04"), "pickled Python objects");
+    for (descr, words) in [
+        ("|V16", "the structured type \"|V16\""),
+        ("<c16", "the complex type \"<c16\""),
+        ("<M8[ns]", "texts or dates"),
+        ("<f16", "the type \"<f16\""),
+        ("<U4", "the type \"<U4\""),
+        ("<f", "the type \"<f\""),
+        ("", "the type \"\""),
+        ("<", "the type \"<\""),
+        ("<i3", "the type \"<i3\""),
+        ("f88", "the type \"f88\""),
+    ] {
+        refused(npy(descr, "(1, 1)", &[0; 16]), words);
     }
 }
 
 #[test]
 fn npy_shapes_that_are_no_field() {
-    let eight = [0; 64];
-    let shape_of = |shape: &str| fault("field.npy", npy("<f8", shape, &eight));
-    assert_eq!(shape_of("()"), InputFault::Dimensions { shape: vec![] });
-    match shape_of("(2, 2, 2)") {
+    let cube = fault("field.npy", npy("<f8", "(2, 2, 2)", &[0; 64]));
+    match cube {
         InputFault::FurtherDimension { dimension, .. } => assert_eq!(dimension.name, "y"),
         other => panic!("{other}"),
     }
-    for shape in [vec![0, 8], vec![8, 0], vec![0, u64::MAX]] {
-        let text = format!("({}, {})", shape[0], shape[1]);
-        assert_eq!(shape_of(&text), InputFault::NoSamples { shape });
+    for (text, shape, bytes) in [
+        ("()", vec![], 8),
+        ("(0,)", vec![0], 0),
+        ("(0, 8)", vec![0, 8], 0),
+        ("(8, 0)", vec![8, 0], 0),
+        ("(0, 18446744073709551615)", vec![0, u64::MAX], 0),
+    ] {
+        let found = fault("field.npy", npy("<f8", text, &[0; 8][..bytes]));
+        assert_eq!(found, InputFault::NoSamples { shape });
     }
-    assert_eq!(shape_of("(0,)"), InputFault::NoSamples { shape: vec![0] });
 }
 
 #[test]
@@ -172,25 +162,15 @@ fn npy_lengths_that_lie() {
         "(99999999999999999999999999, 1)",
         "(1152921504606846976,)",
     ] {
-        let fault = fault("field.npy", npy("<f8", shape, &data));
-        let InputFault::TooLarge { sample_bytes, .. } = fault else {
-            panic!("{shape}: {fault}");
-        };
-        assert_eq!(sample_bytes, 8);
+        refused(npy("<f8", shape, &data), "an array that can be addressed");
     }
     let terabytes = npy("<f8", "(1000000, 1000000)", &data);
-    let found = terabytes.len() as u64;
-    let expected = found - 64 + 8_000_000_000_000;
-    let truncated = InputFault::Truncated { expected, found };
-    assert_eq!(fault("field.npy", terabytes), truncated);
     let whole = npy_f64("(4, 2)", (0..8).map(f64::from));
-    let expected = whole.len() as u64;
-    let found = expected - 1;
-    let truncated = InputFault::Truncated { expected, found };
-    assert_eq!(fault("field.npy", &whole[..whole.len() - 1]), truncated);
-    let found = expected + 1;
-    let trailing = InputFault::TrailingBytes { expected, found };
-    assert_eq!(fault("field.npy", [&whole[..], b"\n"].concat()), trailing);
+    let cut = |expected, found| format!("expected {expected} bytes, found {found}: the file is");
+    let (found, length) = (terabytes.len(), whole.len());
+    refused(&terabytes, &cut(found - 64 + 8_000_000_000_000, found));
+    refused(&whole[..length - 1], &cut(length, length - 1));
+    refused([&whole[..], b"\n"].concat(), "1 bytes behind the array");
 }
 
 #[test]
@@ -209,9 +189,7 @@ fn sidecars_that_mislead() {
         InputFault::Sidecar {
             line: Some(3),
             key: Some("dx".into()),
-            reason: "expected a finite number above 0, or a text of number and unit \
-                     (m, km, cm, mm, um, nm), found 0"
-                .into()
+            reason: "expected a finite number above 0, found 0".into()
         }
     );
     folder.write("field.npy.toml", "dt = 0.5\n");

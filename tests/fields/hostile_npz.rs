@@ -7,40 +7,32 @@ use wavecascade::field::OpenOptions;
 use wavecascade::{Error, Field};
 use zip::CompressionMethod;
 
-fn member_fault(fault: InputFault) -> (String, InputFault) {
-    match fault {
-        InputFault::Member { member, fault } => (member, *fault),
-        other => panic!("{other}"),
-    }
+/// That an archive is refused with these words.
+fn refused(bytes: impl AsRef<[u8]>, words: &[&str]) {
+    let said = fault("field.npz", bytes).to_string();
+    assert!(words.iter().all(|words| said.contains(words)), "{said}");
 }
 
 #[test]
 fn npz_that_is_damaged() {
     let field = npy_f64("(4, 2)", (0..8).map(f64::from));
-    for method in BOTH {
-        let whole = npz(method, &[("velocity.npy", &field)]);
-        for len in [30, whole.len() / 2, whole.len() - 1] {
-            let fault = fault("field.npz", &whole[..len]);
-            assert!(matches!(fault, InputFault::Archive { .. }), "{fault}");
-        }
-    }
-    let fault = fault("field.npz", b"not an archive");
-    assert!(matches!(fault, InputFault::Archive { .. }), "{fault}");
-}
-
-#[test]
-fn npz_whose_directory_is_absurd() {
     let mut end = b"PK\x05\x06".to_vec();
     end.extend([0; 4]);
     end.extend([0xfe; 12]);
     end.extend([0; 2]);
-    let fault_of = |bytes: &[u8]| {
-        let fault = fault("field.npz", bytes);
-        assert!(matches!(fault, InputFault::Archive { .. }), "{fault}");
-    };
-    fault_of(&end);
-    fault_of(&[&b"PK\x03\x04"[..], &[0; 1000], &end].concat());
-    fault_of(&[&b"PK\x03\x04"[..], &end.repeat(3000)].concat());
+    let mut damaged = vec![
+        b"not an archive".to_vec(),
+        end.clone(),
+        [&b"PK\x03\x04"[..], &[0; 1000], &end].concat(),
+        [&b"PK\x03\x04"[..], &end.repeat(3000)].concat(),
+    ];
+    for method in BOTH {
+        let whole = npz(method, &[("velocity.npy", &field)]);
+        damaged.extend([30, whole.len() / 2, whole.len() - 1].map(|len| whole[..len].to_vec()));
+    }
+    for bytes in damaged {
+        refused(bytes, &["a whole zip archive"]);
+    }
     let empty = npz(CompressionMethod::Stored, &[]);
     assert_eq!(
         fault("field.npz", empty),
@@ -57,42 +49,23 @@ fn val_npz_whose_names_differ() {
         let mut bytes = npz(method, &[("velocity.npy", &field)]);
         assert_eq!(&bytes[30..42], b"velocity.npy");
         bytes[30] = b'r';
-        let (member, fault) = member_fault(fault("field.npz", bytes));
-        assert_eq!(member, "velocity");
-        let expected = InputFault::MemberName {
-            directory: "velocity.npy".into(),
-            local: "relocity.npy".into(),
-        };
-        assert_eq!(fault, expected);
+        refused(bytes, &["member \"velocity\"", "found relocity.npy"]);
     }
 }
 
 #[test]
 fn npz_bytes_that_changed() {
-    use InputFault::{Checksum, Deflate, InflatedSize};
-
     let field = npy_f64("(40, 2)", (0..80).map(f64::from));
     let mut stored = npz(CompressionMethod::Stored, &[("velocity.npy", &field)]);
     let at = stored.windows(8).position(|w| w == 7f64.to_le_bytes());
     stored[at.unwrap() + 3] ^= 1;
-    let (member, fault_of_stored) = member_fault(fault("field.npz", stored));
-    assert_eq!(member, "velocity");
-    assert!(matches!(fault_of_stored, InputFault::Checksum { .. }));
-
+    refused(stored, &["member \"velocity\"", "checksum"]);
     let whole = npz(CompressionMethod::Deflated, &[("velocity.npy", &field)]);
-    let mut faults = 0;
     for at in 200..240 {
         let mut bytes = whole.clone();
         bytes[at] ^= 0x10;
-        let (_, fault) = member_fault(fault("field.npz", bytes));
-        let is_named = matches!(
-            fault,
-            Checksum { .. } | Deflate { .. } | InflatedSize { .. }
-        );
-        assert!(is_named, "{fault}");
-        faults += 1;
+        refused(bytes, &["member \"velocity\""]);
     }
-    assert_eq!(faults, 40);
 }
 
 /// Damage of coordinates and of units is no lack of them.
@@ -130,8 +103,7 @@ fn regress_npz_coordinates_that_changed() {
             bytes[local + 6] |= 1;
             let entry = whole.windows(4).rposition(|w| w == b"PK\x01\x02").unwrap();
             bytes[entry + 8] |= 1;
-            let (_, fault) = member_fault(fault("field.npz", bytes));
-            assert_eq!(fault, InputFault::Encrypted, "{name} {method}");
+            refused(bytes, &["encrypted"]);
         }
     }
     // What is no array of numbers is no coordinate.
@@ -152,20 +124,15 @@ fn npz_member_that_is_not_what_its_header_says() {
     let short = npy_f64("(4, 2)", (0..7).map(f64::from));
     let long = npy_f64("(4, 2)", (0..9).map(f64::from));
     let terabytes = npy_f64("(1000000, 1000000)", (0..8).map(f64::from));
-    for (bytes, is_short) in [(&short, true), (&long, false), (&terabytes, true)] {
+    for (bytes, what) in [
+        (&short, "the file is truncated"),
+        (&long, "8 bytes behind the array"),
+        (&terabytes, "the file is truncated"),
+    ] {
         let stored = npz(CompressionMethod::Stored, &[("a.npy", bytes)]);
-        let (_, fault_of_stored) = member_fault(fault("field.npz", stored));
-        match fault_of_stored {
-            InputFault::Truncated { .. } => assert!(is_short),
-            InputFault::TrailingBytes { .. } => assert!(!is_short),
-            other => panic!("{other}"),
-        }
+        refused(stored, &["member \"a\"", what]);
         let deflated = npz(CompressionMethod::Deflated, &[("a.npy", bytes)]);
-        let (_, fault) = member_fault(fault("field.npz", deflated));
-        let InputFault::InflatedSize { expected, found } = fault else {
-            panic!("{fault}");
-        };
-        assert_eq!(expected > found, is_short);
+        refused(deflated, &["member \"a\"", "once inflated"]);
     }
 }
 
@@ -174,23 +141,16 @@ fn npz_bomb_stays_within_its_header_and_the_memory_allowed() {
     let header = npy("<f8", "(4, 2)", &[]);
     let bomb = [&header[..], &vec![0; 64 << 20]].concat();
     let archive = npz(CompressionMethod::Deflated, &[("velocity.npy", &bomb)]);
-    let (_, fault_of_bomb) = member_fault(fault("field.npz", &archive));
     let expected = header.len() as u64 + 64;
-    assert!(matches!(
-        fault_of_bomb,
-        InputFault::InflatedSize { expected: e, .. } if e == expected
-    ));
+    let inflated = format!("expected {expected} bytes once inflated");
+    refused(&archive, &[&inflated]);
 
     let mut lying = archive.clone();
     let size = (bomb.len() as u32).to_le_bytes();
     while let Some(at) = lying.windows(4).position(|window| window == size) {
         lying[at..at + 4].copy_from_slice(&(expected as u32).to_le_bytes());
     }
-    let (_, fault) = member_fault(fault("field.npz", lying));
-    assert!(
-        matches!(&fault, InputFault::Deflate { reason } if reason.contains("larger")),
-        "{fault}"
-    );
+    refused(lying, &["larger"]);
 
     let large = npy("<f8", "(1024, 1024)", &vec![0; 8 << 20]);
     let archive = npz(CompressionMethod::Deflated, &[("velocity.npy", &large)]);
@@ -240,28 +200,19 @@ fn npz_coordinates_that_do_not_fit() {
             &[("velocity.npy", &field), ("time.npy", time)],
         )
     };
-    let (member, fault_of_length) = member_fault(fault(
-        "run.npz",
-        with_time(&npy_f64("(4,)", [0.0, 1.0, 2.0, 3.0])),
-    ));
-    assert_eq!(member, "time");
-    assert_eq!(
-        fault_of_length,
-        InputFault::AxisLength {
-            axis: "time",
-            expected: 3,
-            found: 4
-        }
+    let long = with_time(&npy_f64("(4,)", [0.0, 1.0, 2.0, 3.0]));
+    refused(
+        long,
+        &["member \"time\"", "expected 3 time coordinates, found 4"],
     );
     let uneven = with_time(&npy_f64("(3,)", [0.0, 1.0, 2.5]));
-    let (_, fault) = member_fault(fault("run.npz", &uneven));
     let expected = InputFault::UnevenAxis {
         axis: "time",
         index: 1,
         expected: 1.5,
         found: 1.0,
     };
-    assert_eq!(fault, expected);
+    assert_eq!(fault("run.npz", &uneven), expected);
 
     let folder = Folder::new();
     let options = reading(|it| it.dt = Some(1.25.into()));

@@ -368,10 +368,7 @@ fn regress_two_statements_that_differ_are_refused() {
             }),
         ),
     ] {
-        let refused = match fault(name, bytes) {
-            InputFault::Member { fault, .. } => *fault,
-            fault => fault,
-        };
+        let refused = fault(name, bytes);
         assert!(
             matches!(refused, InputFault::Contradiction { .. }),
             "{refused}"

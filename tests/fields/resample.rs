@@ -39,14 +39,6 @@ fn resampled(field: &Field) -> Option<(usize, f64)> {
     Some((words.next()?.parse().ok()?, words.nth(1)?.parse().ok()?))
 }
 
-/// Without the member of an archive that it is of.
-fn bare(fault: InputFault) -> InputFault {
-    match fault {
-        InputFault::Member { fault, .. } => *fault,
-        fault => fault,
-    }
-}
-
 /// The file under three formats: times uneven, two sites of which the second is twice the first.
 fn save_times(place: &Place, nodes: &[f64], samples: &[f64]) -> [&'static str; 3] {
     let field = Array2::from_shape_fn((nodes.len(), 2), |(n, j)| samples[n] * (1 + j) as f64);
@@ -93,7 +85,7 @@ fn val_scipy_times_and_sites_are_resampled() {
                 // Two digits are said.
                 assert!((share - shift).abs() <= 0.051 * shift.abs());
                 // What is refused without a method.
-                match bare(fault(&place, name, &OpenOptions::default())) {
+                match fault(&place, name, &OpenOptions::default()) {
                     InputFault::UnevenAxis { axis, .. } => assert_eq!(axis, "time"),
                     InputFault::UnevenTimes { line, .. } => assert!(line > 2),
                     other => panic!("{other:?}"),

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::rows::{Strided, misfit};
 use crate::{Attributes, ByteOrder, Bytes, Error, Format, Result, Sample, SampleType};
@@ -17,8 +18,8 @@ pub struct Container {
     /// What the reader is not sure of, or has left out of a variable.
     pub remarks: Vec<Remark>,
     bytes: Bytes,
-    /// One a variable; none for what lies in the bytes, or holds no numbers.
-    decoders: Vec<Option<Box<dyn Decoder>>>,
+    /// One a variable.
+    sources: Vec<Source>,
     pub(crate) most_bytes: u64,
 }
 
@@ -89,9 +90,9 @@ pub enum Coordinate {
 /// Where the samples of a variable are.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
-    /// In the bytes of the file: sample `i, j, ..` is at `start + i * strides[0] + j * strides[1] + ..`.
+    /// In bytes: sample `i, j, ..` is at `start + i * strides[0] + j * strides[1] + ..`.
     ///
-    /// All of them lie within the file.
+    /// All of them lie within the bytes that [`Container::bytes`] gives.
     Strided {
         /// Byte of the first sample.
         start: u64,
@@ -99,12 +100,26 @@ pub enum Place {
         strides: Vec<u64>,
         /// Byte order of each sample.
         order: ByteOrder,
+        /// Whether the bytes are those of the file, and not unpacked first.
+        is_in_file: bool,
     },
     /// They have to be decoded.
     Encoded {
         /// How many indices of the first dimension are best decoded at once: those of a chunk.
         rows: u64,
     },
+}
+
+impl Place {
+    /// In the file as it is.
+    pub(crate) fn in_file(start: u64, strides: Vec<u64>, order: ByteOrder) -> Place {
+        Place::Strided {
+            start,
+            strides,
+            order,
+            is_in_file: true,
+        }
+    }
 }
 
 /// Bytes from one index to the next of samples without gaps between them, the last index fastest, or the first.
@@ -135,15 +150,18 @@ pub(crate) trait Decoder: Send + Sync {
     fn read(&self, block: Block, out: &mut [u8]) -> Result<()>;
 }
 
-/// Numbers of 8 bytes along one dimension.
-struct Held(Vec<[u8; 8]>);
+type Unpack = Box<dyn Fn() -> Result<Bytes> + Send + Sync>;
 
-impl Decoder for Held {
-    fn read(&self, block: Block, out: &mut [u8]) -> Result<()> {
-        let range = block[0].start as usize..block[0].end as usize;
-        out.copy_from_slice(self.0[range].as_flattened());
-        Ok(())
-    }
+/// What gives the samples of a variable.
+enum Source {
+    /// The bytes of the file, if it holds any.
+    File,
+    /// Bytes in which they lie at the strides of its place: those of the file, once they are checked, or unpacked ones.
+    Bytes(Unpack),
+    /// A decoder, block by block.
+    Decoder(Box<dyn Decoder>),
+    /// Nothing, since they are damaged.
+    Damaged(Error),
 }
 
 impl Dimension {
@@ -214,11 +232,12 @@ impl Variable {
     }
 }
 
+/// Deflate encodes at most 258 bytes in two bits.
+pub(crate) const MAX_INFLATION: u64 = 1032;
+
 impl Container {
     /// A file without variables so far.
-    pub fn new(format: Format, bytes: &Bytes) -> Container {
-        // Deflate encodes at most 258 bytes in two bits.
-        const MAX_INFLATION: u64 = 1032;
+    pub(crate) fn new(format: Format, bytes: &Bytes) -> Container {
         let length = (**bytes).as_ref().len() as u64;
         Container {
             format,
@@ -226,21 +245,39 @@ impl Container {
             variables: Vec::new(),
             remarks: Vec::new(),
             bytes: Bytes::clone(bytes),
-            decoders: Vec::new(),
+            sources: Vec::new(),
             most_bytes: length.saturating_mul(MAX_INFLATION),
         }
     }
 
-    /// Adds a variable that lies in the file, or holds no numbers, or that only the caller decodes.
-    pub fn push(&mut self, variable: Variable) {
+    fn add(&mut self, variable: Variable, source: Source) {
         self.variables.push(variable);
-        self.decoders.push(None);
+        self.sources.push(source);
+    }
+
+    /// Adds a variable that lies in the file, or holds no numbers.
+    pub(crate) fn push(&mut self, variable: Variable) {
+        self.add(variable, Source::File);
     }
 
     /// Adds a variable that is decoded, or lies in the file if its place says so.
     pub(crate) fn push_decoded(&mut self, variable: Variable, decoder: impl Decoder + 'static) {
-        self.variables.push(variable);
-        self.decoders.push(Some(Box::new(decoder)));
+        self.add(variable, Source::Decoder(Box::new(decoder)));
+    }
+
+    /// Adds a variable that lies in the bytes that `unpack` gives, or a text in UTF-8 that is all of them.
+    pub(crate) fn push_in(
+        &mut self,
+        variable: Variable,
+        unpack: impl Fn() -> Result<Bytes> + Send + Sync + 'static,
+    ) {
+        self.add(variable, Source::Bytes(Box::new(unpack)));
+    }
+
+    /// Adds what cannot be read, and why.
+    pub(crate) fn push_damaged(&mut self, path: String, fault: Error) {
+        let variable = Variable::other(path, Vec::new(), "unreadable");
+        self.add(variable, Source::Damaged(fault));
     }
 
     /// Adds numbers along one dimension, of 8 bytes each in native byte order.
@@ -249,10 +286,16 @@ impl Container {
         variable: Variable,
         values: impl IntoIterator<Item = [u8; 8]>,
     ) {
-        let rows = variable.dimensions[0].len;
-        let place = Place::Encoded { rows };
-        let held = Held(values.into_iter().collect());
-        self.push_decoded(Variable { place, ..variable }, held);
+        let bytes: Bytes = Arc::new(values.into_iter().flatten().collect::<Vec<u8>>());
+        let place = Place::Strided {
+            start: 0,
+            strides: vec![8],
+            order: ByteOrder::NATIVE,
+            is_in_file: false,
+        };
+        self.push_in(Variable { place, ..variable }, move || {
+            Ok(Arc::clone(&bytes))
+        });
     }
 
     /// The same of floats with a unit.
@@ -289,6 +332,45 @@ impl Container {
         self.most_bytes
     }
 
+    /// Why a variable that is listed cannot be read.
+    pub fn damage(&self, variable: usize) -> Option<&Error> {
+        match &self.sources[variable] {
+            Source::Damaged(fault) => Some(fault),
+            _ => None,
+        }
+    }
+
+    /// The text that a variable is; `None` of others.
+    ///
+    /// # Errors
+    /// If its bytes are damaged.
+    pub fn text(&self, variable: usize) -> Result<Option<String>> {
+        match (
+            self.variables[variable].sample_type.number(),
+            &self.sources[variable],
+        ) {
+            (None, Source::Bytes(unpack)) => {
+                let text = String::from_utf8_lossy((*unpack()?).as_ref()).into_owned();
+                Ok(Some(text))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// The bytes in which the samples of a variable lie at the strides of its place; `None` of those that are decoded
+    /// block by block.
+    ///
+    /// # Errors
+    /// If the bytes are damaged, or unpacking them needs more memory than is allowed.
+    pub fn bytes(&self, variable: usize) -> Result<Option<Bytes>> {
+        match (&self.variables[variable].place, &self.sources[variable]) {
+            (_, Source::Damaged(fault)) => Err(fault.clone()),
+            (Place::Encoded { .. }, _) => Ok(None),
+            (_, Source::Bytes(unpack)) => unpack().map(Some),
+            _ => Ok(Some(Bytes::clone(&self.bytes))),
+        }
+    }
+
     /// Copies a block of a variable to `out`, in native byte order, the last index fastest.
     ///
     /// # Errors
@@ -308,16 +390,17 @@ impl Container {
         if out.is_empty() {
             return Ok(());
         }
-        match &found.place {
-            Place::Encoded { .. } => match &self.decoders[variable] {
-                Some(decoder) => decoder.read(block, out),
-                None => unreachable!("what is encoded has a decoder"),
-            },
-            Place::Strided {
-                start,
-                strides,
-                order,
-            } => {
+        match (&found.place, &self.sources[variable], self.bytes(variable)?) {
+            (
+                Place::Strided {
+                    start,
+                    strides,
+                    order,
+                    ..
+                },
+                _,
+                Some(bytes),
+            ) => {
                 let strided = Strided {
                     start: *start,
                     strides,
@@ -325,9 +408,11 @@ impl Container {
                     sample,
                 };
                 strided
-                    .copy((*self.bytes).as_ref(), block, sample, out)
+                    .copy((*bytes).as_ref(), block, sample, out)
                     .map_err(|number| misfit(&found.path, sample, number))
             }
+            (_, Source::Decoder(decoder), _) => decoder.read(block, out),
+            _ => unreachable!("what is encoded has a decoder"),
         }
     }
 
@@ -356,9 +441,10 @@ impl Container {
 
     fn number(&self, variable: usize) -> Result<Sample> {
         let found = &self.variables[variable];
-        match &found.sample_type {
-            SampleType::Number(sample) => Ok(*sample),
-            SampleType::Other(other) => Err(found.damaged("numbers", other)),
+        match (&found.sample_type, self.damage(variable)) {
+            (SampleType::Number(sample), _) => Ok(*sample),
+            (_, Some(fault)) => Err(fault.clone()),
+            (SampleType::Other(other), None) => Err(found.damaged("numbers", other)),
         }
     }
 

@@ -58,4 +58,19 @@ impl Error {
             way_out: way_out.to_string(),
         }
     }
+
+    /// The same of a part of the file.
+    pub(crate) fn within(self, part: &str) -> Error {
+        match self {
+            Error::Damaged {
+                place,
+                expected,
+                found,
+            } => Error::damaged(format!("{part}, {place}"), expected, found),
+            Error::Unsupported { what, way_out } => {
+                Error::unsupported(format!("{what} in {part}"), way_out)
+            }
+            other => other,
+        }
+    }
 }

@@ -9,9 +9,9 @@ use crate::{ByteOrder, Bytes, Container, Error, Result, Sample, SampleType, Valu
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Format {
-    /// An array of NumPy, whose reader is not in this crate.
+    /// An array of NumPy.
     Npy,
-    /// An archive of them, whose reader is not in this crate.
+    /// An archive of them.
     Npz,
     /// A table of text, whose reader is not in this crate.
     Table,
@@ -70,6 +70,7 @@ impl Format {
         let detectors: &[Detector] = &[
             #[cfg(feature = "hdf5")]
             crate::hdf5::detect,
+            crate::npy::detect,
             crate::netcdf3::detect,
             crate::tdms::detect,
             crate::miniseed::detect,
@@ -145,7 +146,9 @@ pub fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container
         Format::Tdms => crate::tdms::open,
         Format::MiniSeed => crate::miniseed::open,
         Format::Lammps => crate::lammps::open,
-        Format::Npy | Format::Npz | Format::Table => {
+        Format::Npy => crate::npy::open,
+        Format::Npz => crate::npz::open,
+        Format::Table => {
             return Err(Error::unsupported(format.to_string(), "save it as HDF5"));
         }
         Format::Zarr => {

@@ -19,6 +19,8 @@ mod lammps;
 mod mat;
 mod miniseed;
 mod netcdf3;
+mod npy;
+mod npz;
 mod rows;
 mod sample;
 mod segy;
@@ -33,11 +35,32 @@ pub use attributes::{Attributes, Value};
 pub use container::{Block, Container, Coordinate, Dimension, Place, Remark, Variable, strides};
 pub use error::{Error, Result};
 pub use format::{Format, Options, open, open_directory};
+pub use npz::has_members;
 pub use sample::{ByteOrder, Sample, SampleType, half_to_f64, ibm_to_f64};
 
-pub use time::numpy_times;
+pub use time::{days_to, numpy_times};
 
+use std::fmt::Debug;
+use std::ops::Range;
 use std::sync::Arc;
 
+/// All bytes of a file, the same on every call.
+pub trait FileBytes: AsRef<[u8]> + Debug + Send + Sync {
+    /// Says that a range is not needed soon: its pages may leave the memory.
+    fn release(&self, _range: Range<usize>) {}
+}
+
+impl FileBytes for Vec<u8> {}
+
 /// The bytes of a file, mapped or in memory.
-pub type Bytes = Arc<dyn AsRef<[u8]> + Send + Sync>;
+pub type Bytes = Arc<dyn FileBytes>;
+
+/// The bytes of a file as a value that refers to them.
+#[derive(Clone)]
+struct Shared(Bytes);
+
+impl AsRef<[u8]> for Shared {
+    fn as_ref(&self) -> &[u8] {
+        (*self.0).as_ref()
+    }
+}

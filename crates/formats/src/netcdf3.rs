@@ -109,11 +109,7 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
             return Err(variable.damaged(format!("{end} bytes"), found));
         }
         variable.attributes = entry.attributes;
-        variable.place = Place::Strided {
-            start: entry.begin,
-            strides,
-            order: ByteOrder::Big,
-        };
+        variable.place = Place::in_file(entry.begin, strides, ByteOrder::Big);
         container.push(variable);
     }
     Ok(container)

@@ -200,11 +200,7 @@ impl Rows {
             true => vec![step, across],
             false => vec![across, step],
         };
-        Some(Place::Strided {
-            start: first.start,
-            strides,
-            order: first.order,
-        })
+        Some(Place::in_file(first.start, strides, first.order))
     }
 }
 

@@ -32,6 +32,14 @@ pub enum Sample {
 }
 
 impl Sample {
+    /// The type of NumPy's kind (`f`, `i`, `u`, `b`) with so many bytes.
+    pub(crate) fn of_kind(kind: char, bytes: usize) -> Option<Sample> {
+        use Sample::*;
+        let all = [F64, F32, F16, I8, I16, I32, I64, U8, U16, U32, U64, Bool];
+        let is_it = |one: &Sample| one.name().starts_with(kind) && one.bytes() == bytes;
+        all.into_iter().find(is_it)
+    }
+
     /// Bytes of one number.
     pub fn bytes(self) -> usize {
         use Sample::*;

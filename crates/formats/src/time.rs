@@ -5,11 +5,15 @@ pub(crate) const PER_SECOND: i64 = 1_000_000_000;
 pub(crate) const UNIT: &str = "nanoseconds since 1970-01-01";
 const PER_DAY: i64 = 86_400 * PER_SECOND;
 
-/// Days from 1970-01-01 to the first day of a year.
-pub(crate) fn days_before(year: u16) -> i64 {
-    let past = i64::from(year) - 1;
-    let leap_days = past / 4 - past / 100 + past / 400;
-    365 * (past - 1969) + leap_days - (1969 / 4 - 1969 / 100 + 1969 / 400)
+/// Days from 1970-01-01 to a date of the proleptic Gregorian calendar, without a check of the date.
+pub fn days_to(year: i64, month: i64, day: i64) -> i64 {
+    // Years that begin in March end with the day of leap years.
+    let (year, month) = match month > 2 {
+        true => (year, month - 3),
+        false => (year - 1, month + 9),
+    };
+    let leap_days = year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400);
+    365 * year + leap_days + (153 * month + 2) / 5 + day - 719_469
 }
 
 /// What numbers of `datetime64` (`is_date`) or `timedelta64` of NumPy count, in a unit such as `10us`: the unit as the CF
@@ -73,9 +77,9 @@ mod tests {
 
     #[test]
     fn val_definition_days_and_text() {
-        assert_eq!(days_before(1970), 0);
-        assert_eq!(days_before(1904), -24107);
-        assert_eq!(days_before(2000), 10957);
+        assert_eq!(days_to(1970, 1, 1), 0);
+        assert_eq!(days_to(1904, 1, 1), -24107);
+        assert_eq!(days_to(2000, 1, 1), 10957);
         for (nanoseconds, expected) in [
             (0, "1970-01-01T00:00:00"),
             (-1, "1969-12-31T23:59:59.999999999"),

@@ -120,29 +120,13 @@ fn of_input(fault: &InputFault) -> Option<String> {
         UnknownFormat { found } if found.contains("\"toml\"") => {
             "a scene is run first: `cascade simulate SCENE.toml`, then `cascade analyze SCENE.npz`; beside a field, name the field"
         }
-        UnknownFormat { .. } | NpyMagic { .. } => CONVERT,
-        NpyVersion { .. } | NpyHeader { .. } | NpyHeaderLength { .. } => {
-            "write it again with `numpy.save`"
-        }
-        PickledObjects | SampleType { .. } => {
-            "save numbers: `numpy.save(path, array.astype(float))`"
-        }
-        StructuredType { .. } => "save one of its members: `numpy.save(path, array[\"name\"])`",
-        ComplexType { .. } => "save its real part: `numpy.save(path, array.real)`",
-        NoText { .. } | NotOneText { .. } | TextLength { .. } => {
-            "save it as `numpy.array(\"text\")`"
-        }
+        UnknownFormat { .. } => CONVERT,
         NoRun { .. } | RunShape { .. } | RunScene { .. } | RunReport { .. } => {
             "make it anew with `cascade simulate`"
         }
         RunChanged { .. } => {
             "make it anew with `cascade simulate`; other velocities are a field, to be saved as an `.npy` of its own"
         }
-        Dimensions { .. } => "save one component: an array (time, site)",
-        TrailingBytes { .. } => "write one array a file, or several with `numpy.savez`",
-        TooLarge { .. } | Truncated { .. } | Archive { .. } | MemberName { .. } => DAMAGED,
-        Deflate { .. } | InflatedSize { .. } | Checksum { .. } => DAMAGED,
-        TooManyMembers { .. } => "save the field by itself",
         Contradiction { what, .. } => match *what {
             "sample interval" => "state the right one with `--dt` or `--rate`",
             "distance of the sites" => "state the right one with `--dx`",
@@ -179,8 +163,6 @@ fn of_input(fault: &InputFault) -> Option<String> {
         }
         NoSuchLabel { .. } => "`cascade inspect FILE` lists the dimensions with their values",
         Member { fault, .. } => return of_input(fault),
-        Compression { .. } => "write it with `numpy.savez` or `numpy.savez_compressed`",
-        Encrypted => "decrypt the archive first",
         AxisLength { axis: "time", .. } => {
             "check `--layout`, or state `--t0` and `--dt` in their place"
         }
@@ -194,7 +176,7 @@ fn of_input(fault: &InputFault) -> Option<String> {
             "interpolate to even steps with `--resample cubic`, allow more deviation (`--jitter 5%`), or \
              state `--dt` or `--dx` if the coordinates are approximate"
         }
-        Overclaimed { .. } => DAMAGED,
+        TooLarge { .. } | Overclaimed { .. } => DAMAGED,
         Delays { .. } => {
             "take the times that all have with `--delays align`, or state `--delays ignore`"
         }

@@ -9,7 +9,7 @@ use super::check::units;
 use super::places::Places;
 use crate::error::{Error, KeyPlace, Result, listed};
 use crate::field::{
-    Field, OpenOptions, check_written, is_run_archive, read_container, read_members, regular_file,
+    Field, OpenOptions, check_written, is_netcdf, is_run_archive, read_members, regular_file,
 };
 use crate::measure::{self, Dimension, Force, Length, Speed, Time, size};
 use crate::unit::split;
@@ -161,18 +161,13 @@ impl Named<'_> {
     /// Displacements and velocities, and those of resonators where the run has them.
     fn state(&self) -> Result<Vec<Vec<f64>>> {
         regular_file(&self.path)?;
-        if is_run_archive(&self.path)? {
+        if is_run_archive(&self.path)? || is_netcdf(&self.path)? {
             return read_members(&self.path, |run| {
                 let rows = STATE.iter().map(|name| run.array(name));
                 let rows = rows.collect::<Result<_>>()?;
                 let (scene, hashes) = (run.text("scene")?, run.text("hashes")?);
                 self.last_rows(rows, scene.as_deref(), hashes.as_deref())
             });
-        }
-        if let Some((texts, mut arrays)) = read_container(&self.path)? {
-            let rows = STATE.iter().map(|name| arrays.remove(*name)).collect();
-            let text = |name: &str| texts.get(name).map(String::as_str);
-            return self.last_rows(rows, text("scene"), text("hashes"));
         }
         if self.path.extension().is_some_and(|end| end == "npy") {
             let field = Field::open(&self.path, &OpenOptions::default())?;

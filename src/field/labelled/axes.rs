@@ -21,32 +21,25 @@ pub(super) fn axis<D: Dimension + Copy>(
     notes: &mut Vec<Note>,
 ) -> Result<Listed> {
     let Some(place) = place else {
-        return beside
-            .axis(None, notes)
-            .map_err(|fault| arrays.source.fault(fault));
+        return Ok(beside.axis(None, notes)?);
     };
-    let (given, variable): (Option<Given>, Option<usize>) = match &place.coordinate {
-        None => (None, None),
+    let given = match &place.coordinate {
+        None => None,
         Some(Coordinate::Even { origin, step, unit }) => {
             let even = Coordinates {
                 origin: Some(*origin),
                 step: Some(*step).filter(|step| *step > 0.0 && step.is_finite()),
                 unit: unit.clone(),
             };
-            (Some(Given::Even(even)), None)
+            Some(Given::Even(even))
         }
         Some(Coordinate::Listed(i)) => {
             let all = std::iter::once(i).chain(&place.others);
             let all = all.map(|i| listing(arrays, *i, place.is_time));
-            let best = Listing::best(all.collect::<Result<_>>()?);
-            let best = best.map_err(|fault| arrays.source.fault(fault))?;
-            (best.map(Given::Listed), Some(*i))
+            Listing::best(all.collect::<Result<_>>()?)?.map(Given::Listed)
         }
     };
-    beside.axis(given, notes).map_err(|fault| match variable {
-        Some(i) => arrays.fault(i, fault),
-        None => arrays.source.fault(fault),
-    })
+    Ok(beside.axis(given, notes)?)
 }
 
 fn listing(arrays: &Arrays, i: usize, is_time: bool) -> Result<Listing> {
@@ -54,11 +47,11 @@ fn listing(arrays: &Arrays, i: usize, is_time: bool) -> Result<Listing> {
     let sample = variable.sample_type.number();
     let integers = match sample.is_some_and(is_float) {
         true => None,
-        false => arrays.integers(i)?,
+        false => arrays.container.integers(i)?,
     };
     let stored: Vec<f64> = match &integers {
         Some(integers) => integers.iter().map(|&v| v as f64).collect(),
-        None => arrays.numbers(i)?,
+        None => arrays.container.numbers(i)?,
     };
     let (scale, offset) = arrays.own(i).linear();
     let rounding = sample.map_or(0.0, |sample| sample.spacing(&stored)) * scale.abs();

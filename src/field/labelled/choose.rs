@@ -51,13 +51,12 @@ enum Role {
 impl Choice {
     /// What the options state, else what names, units and coordinates say.
     pub fn of(arrays: &Arrays) -> Result<Choice> {
-        let fault = |fault| arrays.source.fault(fault);
         let options = arrays.source.options;
-        let variable = variable(&arrays.container, options.variable.as_deref()).map_err(fault)?;
+        let variable = variable(&arrays.container, options.variable.as_deref())?;
         let found = arrays.variable(variable);
         let named = |name: &Option<String>| {
             let place = name.as_ref().map(|name| dimension(found, name));
-            place.transpose().map_err(fault)
+            place.transpose()
         };
         let stated = [named(&options.time_dim)?, named(&options.space_dim)?];
         let (mut fixed, mut notes) = (Vec::new(), Vec::new());
@@ -66,7 +65,7 @@ impl Choice {
             label,
         } in &options.at
         {
-            let place = dimension(found, name).map_err(fault)?;
+            let place = dimension(found, name)?;
             let (index, note) = index_at(arrays, found, place, label)?;
             fixed.push((place, index));
             notes.extend(note);
@@ -88,8 +87,8 @@ impl Choice {
         let sites = space.map(|d| beside.place(d, Role::Space));
         Ok(Choice {
             variable,
-            times: beside.place(time, Role::Time).map_err(fault)?,
-            sites: sites.transpose().map_err(fault)?,
+            times: beside.place(time, Role::Time)?,
+            sites: sites.transpose()?,
             fixed,
             is_layout_known,
             notes,
@@ -134,7 +133,7 @@ fn roles(
     [time, space]: [Option<usize>; 2],
 ) -> Result<(usize, Option<usize>, bool)> {
     let found = arrays.variable(variable);
-    let fault = |fault| Err(arrays.source.fault(fault));
+    let fault = |fault: InputFault| Err(fault.into());
     let role = |d: &usize| role(arrays, &found.dimensions[*d]);
     let of_role = |wanted: Role| -> Vec<usize> {
         let is_it = |d: &&usize| role(d) == Some(wanted);
@@ -324,9 +323,7 @@ fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputF
         let place = place.ok_or_else(no_such)?;
         return match &variables[place].sample_type.number() {
             Some(_) if variables[place].count() != Some(0) => Ok(place),
-            Some(_) => Err(InputFault::NoSamples {
-                shape: variables[place].shape(),
-            }),
+            Some(_) => Err(no_samples(&variables[place])),
             None => Err(not_numbers(&variables[place])),
         };
     }
@@ -378,8 +375,18 @@ fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputF
     match (&candidates[..], hidden) {
         (_, Some(hidden)) => Err(not_numbers(hidden)),
         ([only], None) => Ok(*only),
-        ([], None) => Err(unread.next().map_or_else(which, not_numbers)),
+        ([], None) => {
+            let empty = variables.iter().find(|v| v.count() == Some(0));
+            let none = || empty.map_or_else(which, no_samples);
+            Err(unread.next().map_or_else(none, not_numbers))
+        }
         _ => preferred().ok_or_else(which),
+    }
+}
+
+fn no_samples(variable: &Variable) -> InputFault {
+    InputFault::NoSamples {
+        shape: variable.shape(),
     }
 }
 
@@ -448,7 +455,7 @@ fn further(arrays: &Arrays, variable: &Variable, place: usize) -> Error {
         Some((*first, *last, unit))
     });
     let name = d.name.as_deref();
-    arrays.source.fault(InputFault::FurtherDimension {
+    Error::from(InputFault::FurtherDimension {
         variable: variable.path.clone(),
         dimensions: dimensions(variable),
         dimension: Box::new(DimensionName {
@@ -472,8 +479,7 @@ fn index_at(
     let beside = arrays.container.find(&name).filter(is_it);
     let beside = beside.map(|i| Dimension::new(d.len).at(Coordinate::Listed(i)));
     let listed = places(arrays, beside.as_ref().unwrap_or(d))?;
-    let found = nearest(last_name(&name), d.len, listed, label);
-    found.map_err(|fault| arrays.source.fault(fault))
+    Ok(nearest(last_name(&name), d.len, listed, label)?)
 }
 
 /// The coordinates of a dimension and their unit.

@@ -18,18 +18,16 @@ pub(super) fn aligned(
 ) -> Result<Contents> {
     let source = arrays.source;
     let listed = arrays.container.find("/delay");
-    let milliseconds = listed.map(|i| arrays.numbers(i)).transpose()?;
+    let milliseconds = listed.map(|i| arrays.container.numbers(i)).transpose()?;
     let milliseconds = milliseconds.unwrap_or_default();
     let step = source.stated.dt.and_then(|dt| dt.in_unit("s"));
-    let (step, n_times) = (step.or(contents.time.step), contents.field.n_times);
+    let (step, n_times) = (step.or(contents.time.even.step), contents.field.n_times);
     let (Some(step), Delays::Align, true) =
         (step, treated, milliseconds.len() == contents.field.n_sites)
     else {
         let ends = |of: fn(f64, f64) -> f64| milliseconds.iter().copied().reduce(of);
-        return Err(source.fault(InputFault::Delays {
-            least: ends(f64::min).unwrap_or(f64::NAN),
-            most: ends(f64::max).unwrap_or(f64::NAN),
-        }));
+        let [least, most] = [f64::min, f64::max].map(|of| ends(of).unwrap_or(f64::NAN));
+        return Err(InputFault::Delays { least, most }.into());
     };
     let options = source.options;
     let (jitter, method) = (options.jitter, options.resample.time);
@@ -37,11 +35,11 @@ pub(super) fn aligned(
     for (trace, delay) in milliseconds.iter().enumerate() {
         let steps = (delay - milliseconds[0]) / 1e3 / step;
         let shift = Shift::of(steps, jitter, method);
-        shifts.push(shift.ok_or_else(|| source.fault(InputFault::Delay { trace, steps }))?);
+        shifts.push(shift.ok_or(InputFault::Delay { trace, steps })?);
     }
     let lengths = vec![n_times; shifts.len()];
     let alignment = Alignment::new(shifts, lengths, method)
-        .map_err(|Apart { early, late }| source.fault(InputFault::NoCommonTime { early, late }))?;
+        .map_err(|Apart { early, late }| InputFault::NoCommonTime { early, late })?;
     let shape = [contents.field.n_sites, alignment.n_times];
     let mut assembly = Assembly::new("the aligned traces", shape, options)?;
     let mut record = vec![0.0; alignment.n_times];
@@ -55,7 +53,7 @@ pub(super) fn aligned(
     }
     contents.field.storage = assembly.finish(false)?;
     contents.field.n_times = alignment.n_times;
-    contents.time.origin = Some(milliseconds[0] / 1e3 + alignment.start as f64 * step);
+    contents.time.even.origin = Some(milliseconds[0] / 1e3 + alignment.start as f64 * step);
     contents.field.notes.extend(alignment.note(None));
     Ok(contents)
 }

@@ -10,7 +10,7 @@ use wavecascade_formats::{Place, Sample};
 use super::super::assembly::ScratchFile;
 use super::super::file_bytes::FileBytes;
 use super::super::open::FileSource;
-use super::super::storage::{Arrangement, ByteOrder, Bytes, Storage};
+use super::super::storage::{Bytes, Storage};
 use super::Arrays;
 use super::choose::Choice;
 use crate::error::{Error, InputFault, Result};
@@ -21,60 +21,37 @@ const SLAB: u64 = 32 << 20;
 
 /// The samples `(time, site)` that `choice` names.
 pub(super) fn storage(arrays: &Arrays, choice: &Choice) -> Result<Storage> {
-    let variable = arrays.variable(choice.variable);
-    let Some(sample) = variable.sample_type.number() else {
-        unreachable!("a chosen variable holds numbers")
-    };
-    let shape = [choice.n_times(arrays)?, choice.n_sites(arrays)?];
-    let Some((bytes, (start, strides, order))) = arrays.bytes(choice.variable)? else {
-        return decoded(arrays, choice, sample, shape);
-    };
-    let time = strides[choice.times.dimension];
-    // The only site lies wherever the records begin.
-    let site = choice.sites.as_ref().map(|sites| strides[sites.dimension]);
-    let site = site.unwrap_or(sample.bytes() as u64);
-    let skipped = choice.fixed.iter().map(|&(d, index)| index * strides[d]);
-    let start = (start + skipped.sum::<u64>()) as usize;
-    let strides = [time as isize, site as isize];
-    Ok(Storage::of_strides(
-        bytes,
-        (sample, order),
-        start,
-        shape,
-        strides,
-    ))
+    let sites = choice.sites.as_ref().map(|sites| sites.dimension);
+    let dimensions = [Some(choice.times.dimension), sites];
+    match arrays.piece(choice.variable, dimensions, &choice.fixed)? {
+        Some(storage) => Ok(storage),
+        None => decoded(arrays, choice),
+    }
 }
 
 /// The samples decoded, in the order of their dimensions.
-fn decoded(
-    arrays: &Arrays,
-    choice: &Choice,
-    sample: Sample,
-    [n_times, n_sites]: [usize; 2],
-) -> Result<Storage> {
+fn decoded(arrays: &Arrays, choice: &Choice) -> Result<Storage> {
     let (source, container) = (arrays.source, &arrays.container);
+    let (n_times, n_sites) = (choice.n_times(arrays)?, choice.n_sites(arrays)?);
     let variable = arrays.variable(choice.variable);
+    let sample = variable.sample_type.number().unwrap_or(Sample::F64);
     let (times, sites) = (&choice.times, choice.sites.as_ref());
     let rows_are_times = sites.is_none_or(|sites| times.dimension < sites.dimension);
     let (slow, rows, width) = match (rows_are_times, sites) {
         (false, Some(sites)) => (sites.dimension, n_sites, n_times),
         _ => (times.dimension, n_times, n_sites),
     };
-    let too_large = || {
-        source.fault(InputFault::TooLarge {
-            shape: variable.shape(),
-            sample_bytes: sample.bytes(),
-        })
+    let too_large = || InputFault::TooLarge {
+        shape: variable.shape(),
+        sample_bytes: sample.bytes(),
     };
     let row = width.checked_mul(sample.bytes()).ok_or_else(too_large)?;
     let length = row.checked_mul(rows).ok_or_else(too_large)?;
     // A short file may claim any length.
     let most = container.most_bytes();
     if length as u64 > most {
-        return Err(source.fault(InputFault::Overclaimed {
-            claimed: length as u64,
-            most,
-        }));
+        let claimed = length as u64;
+        return Err(InputFault::Overclaimed { claimed, most }.into());
     }
     let mut block: Vec<Range<u64>> = variable.dimensions.iter().map(|d| 0..d.len).collect();
     for &(d, index) in &choice.fixed {
@@ -92,11 +69,8 @@ fn decoded(
         block[slow] = from as u64..rows.min(from + slab_rows) as u64;
         block
     };
-    let read = |slab: usize, out: &mut [u8]| {
-        container
-            .read(choice.variable, &slab_of(slab), out)
-            .map_err(|fault| source.container_fault(fault))
-    };
+    let read =
+        |slab: usize, out: &mut [u8]| Ok(container.read(choice.variable, &slab_of(slab), out)?);
     let allowed = source.options.memory.unwrap_or_else(half_of_free_memory);
     let bytes = if length as u64 <= allowed {
         let refused = |_| Error::Refused {
@@ -107,18 +81,11 @@ fn decoded(
         all.par_chunks_mut(slab_rows * row)
             .enumerate()
             .try_for_each(|(slab, out)| read(slab, out))?;
-        Bytes::Inflated(Arc::new(all))
+        Bytes::Unpacked(Arc::new(all))
     } else {
         Bytes::Spilled(spilled(source, length, slab_rows * row, read)?)
     };
-    let arrangement = Arrangement {
-        sample,
-        order: ByteOrder::NATIVE,
-        start: 0,
-        row_len: width,
-        rows_are_times,
-    };
-    Ok(Storage::new(bytes, arrangement))
+    Ok(Storage::in_rows(bytes, sample, width, rows_are_times))
 }
 
 /// Decodes slab by slab to an unnamed file, which disappears when it is closed, however the program

@@ -11,24 +11,22 @@ mod delays;
 mod load;
 mod packing;
 
-use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use wavecascade_formats::{
-    Attributes, ByteOrder, Container, Format, Options, Place, Remark, Sample, Value, Variable,
+    Attributes, Container, Dimension, Format, Options, Place, Remark, Sample, Value, Variable,
 };
 
 use super::coordinates::{Coordinates, Listed};
 use super::file_bytes::FileBytes;
 use super::meaning::{Meaning, known_as, may_scale, quantity, with_unit};
-use super::npz::Archive;
 use super::open::{Contents, FileSource};
 use super::options::Delays;
 use super::scan::NamedNumber;
 use super::statements::{Statement, Statements};
-use super::storage::{Bytes, Factor};
-use super::{Field, Note, graded_masses, npy};
+use super::storage::{Bytes, Factor, Storage};
+use super::{Field, Layout, Note, graded_masses};
 use crate::error::{Error, InputFault, Result};
 use crate::measure::{Length, symbol_or};
 
@@ -36,112 +34,129 @@ pub(super) use axes::counted;
 use choose::Choice;
 pub(super) use choose::{dimensions, last_name};
 
-/// Texts, and arrays with their shapes, by their names.
-pub(crate) type Parts = (
-    BTreeMap<String, String>,
-    BTreeMap<String, (Vec<u64>, Vec<f64>)>,
-);
-
 /// The arrays of a file, and how they are read.
-pub(super) struct Arrays<'a> {
+pub(crate) struct Arrays<'a> {
     source: &'a FileSource<'a>,
     pub(super) container: Container,
-    /// Of an archive of NumPy, its members.
-    archive: Option<RefCell<Archive<'a>>>,
 }
 
 impl<'a> Arrays<'a> {
-    /// Those of a file of `format`.
-    pub(super) fn open(source: &'a FileSource<'a>, format: Format) -> Result<Arrays<'a>> {
-        let mut options = Options::default();
-        options.memory = source.options.memory;
-        let mut archive = None;
-        let container = match format {
-            Format::Npz => {
-                let mut opened = Archive::open(source).map_err(|fault| source.fault(fault))?;
-                let container = opened.container()?;
-                archive = Some(RefCell::new(opened));
-                Ok(container)
-            }
-            Format::Npy => Ok(npy::container(&source.bytes).map_err(|fault| source.fault(fault))?),
-            Format::Zarr => wavecascade_formats::open_directory(format, source.path, &options),
-            _ => wavecascade_formats::open(format, source.bytes.clone(), &options),
+    /// Those of `container`.
+    ///
+    /// # Errors
+    /// An array that is damaged and whose name says something about the field.
+    pub(super) fn new(source: &'a FileSource<'a>, mut container: Container) -> Result<Arrays<'a>> {
+        let matters = |name: &str| {
+            Statements::default().is_one(name)
+                || [Meaning::Time, Meaning::Position, Meaning::Field]
+                    .into_iter()
+                    .any(|meaning| known_as(name, meaning).is_some())
         };
-        let mut container = container.map_err(|fault| source.container_fault(fault))?;
-        if matches!(format, Format::Npy | Format::Npz) {
-            for variable in &mut container.variables {
-                npy::name_dimensions(&mut variable.dimensions, source.layout());
+        for (i, variable) in container.variables.iter().enumerate() {
+            if let Some(fault) = container.damage(i).filter(|_| matters(&variable.path)) {
+                return Err(fault.clone().into());
             }
         }
-        Ok(Arrays {
-            source,
-            container,
-            archive,
-        })
+        if matches!(container.format, Format::Npy | Format::Npz) {
+            for variable in &mut container.variables {
+                name_dimensions(&mut variable.dimensions, source.layout());
+            }
+        }
+        Ok(Arrays { source, container })
     }
 
     fn variable(&self, i: usize) -> &Variable {
         &self.container.variables[i]
     }
 
-    /// The bytes of a variable that lies in one piece, and where its first sample is.
-    fn bytes(&self, i: usize) -> Result<Option<(Bytes, Placed)>> {
-        if let Some(archive) = &self.archive {
-            let (header, bytes, start) = archive.borrow_mut().load(i)?;
-            let (strides, order) = (header.strides(), header.order);
-            return Ok(Some((bytes, (start as u64, strides, order))));
-        }
-        Ok(match &self.variable(i).place {
+    /// The samples of a variable along two of its dimensions, if they lie in one piece; of the others, which are `fixed`,
+    /// those at one index.
+    fn piece(
+        &self,
+        i: usize,
+        dimensions: [Option<usize>; 2],
+        fixed: &[(usize, u64)],
+    ) -> Result<Option<Storage>> {
+        let variable = self.variable(i);
+        let Some(sample) = variable.sample_type.number() else {
+            unreachable!("a chosen variable holds numbers")
+        };
+        let bytes = self.container.bytes(i)?;
+        let (
+            Some(bytes),
             Place::Strided {
                 start,
                 strides,
                 order,
-            } => Some((
-                Bytes::File(Arc::clone(&self.source.bytes)),
-                (*start, strides.clone(), *order),
-            )),
-            Place::Encoded { .. } => None,
+                is_in_file,
+            },
+        ) = (bytes, &variable.place)
+        else {
+            return Ok(None);
+        };
+        let bytes = match is_in_file {
+            true => Bytes::File(Arc::clone(&self.source.bytes)),
+            false => Bytes::Unpacked(bytes),
+        };
+        let skipped = fixed.iter().map(|&(d, index)| index * strides[d]);
+        let start = (start + skipped.sum::<u64>()) as usize;
+        let lengths = dimensions.map(|d| d.map_or(1, |d| variable.dimensions[d].len as usize));
+        // The only site lies wherever the records begin.
+        let strides = dimensions.map(|d| d.map_or(sample.bytes() as u64, |d| strides[d]) as isize);
+        let numbers = (sample, *order);
+        Ok(Some(Storage::new(bytes, numbers, start, lengths, strides)))
+    }
+
+    /// A block of an array of one or two dimensions, as `of` says of their lengths, row-major; all of it where it does not
+    /// lie in one piece.
+    fn rows(&self, i: usize, of: impl FnOnce(usize) -> Range<usize>) -> Result<Vec<f64>> {
+        let shape = self.variable(i).shape();
+        let dimensions = [0, 1].map(|d| (d < shape.len()).then_some(d));
+        let piece = match shape.len() {
+            1 | 2 => self.piece(i, dimensions, &[])?,
+            _ => None,
+        };
+        let Some(storage) = piece else {
+            return Ok(self.container.numbers(i)?);
+        };
+        let [rows, columns] = [0, 1].map(|d| shape.get(d).map_or(1, |&len| len as usize));
+        let rows = of(rows);
+        let mut values = vec![0.0; rows.len() * columns];
+        storage.read(rows, 0..columns, false, &mut values);
+        Ok(values)
+    }
+
+    /// Shape and samples of an array, row-major, where there is one of this name.
+    pub(crate) fn array(&self, name: &str) -> Result<Option<(Vec<u64>, Vec<f64>)>> {
+        let found = self.container.find(name);
+        let read = |i| Ok((self.variable(i).shape(), self.rows(i, |rows| 0..rows)?));
+        found.map(read).transpose()
+    }
+
+    /// The text of this name, where there is one.
+    pub(crate) fn text(&self, name: &str) -> Result<Option<String>> {
+        let member = self.container.find(name);
+        let member = member.map(|i| self.container.text(i)).transpose()?;
+        let attribute = || self.container.attributes.text(name).map(str::to_owned);
+        Ok(member.flatten().or_else(attribute))
+    }
+
+    /// A fault of the array of this name, or of the file where there is none.
+    pub(crate) fn fault(&self, name: &str, fault: InputFault) -> Error {
+        Error::from(match self.container.find(name) {
+            Some(_) => InputFault::Member {
+                member: name.to_owned(),
+                fault: Box::new(fault),
+            },
+            None => fault,
         })
-    }
-
-    /// The numbers of a variable as they are stored.
-    fn numbers(&self, i: usize) -> Result<Vec<f64>> {
-        match &self.archive {
-            Some(archive) => archive.borrow_mut().numbers(i, Sample::to_f64),
-            None => self
-                .container
-                .numbers(i)
-                .map_err(|fault| self.source.container_fault(fault)),
-        }
-    }
-
-    /// Its integers; `None` of floats.
-    fn integers(&self, i: usize) -> Result<Option<Vec<i64>>> {
-        match &self.archive {
-            Some(archive) => {
-                let integers = archive.borrow_mut().numbers(i, Sample::to_i64)?;
-                Ok(integers.into_iter().collect())
-            }
-            None => self
-                .container
-                .integers(i)
-                .map_err(|fault| self.source.container_fault(fault)),
-        }
     }
 
     /// The numbers that those of a variable stand for.
     fn unpacked(&self, i: usize) -> Result<Vec<f64>> {
         let (scale, offset) = self.own(i).linear();
-        let numbers = self.numbers(i)?.into_iter();
+        let numbers = self.container.numbers(i)?.into_iter();
         Ok(numbers.map(|v| scale * v + offset).collect())
-    }
-
-    /// A fault of one array.
-    fn fault(&self, i: usize, fault: InputFault) -> Error {
-        match &self.archive {
-            Some(archive) => archive.borrow().member_fault(i, fault),
-            None => self.source.fault(fault),
-        }
     }
 
     /// Whether a variable holds one number.
@@ -238,8 +253,21 @@ impl<'a> Arrays<'a> {
     }
 }
 
-/// Where samples lie in bytes: the first one, steps from one index to the next, their order.
-type Placed = (u64, Vec<u64>, ByteOrder);
+/// Names three dimensions and more: time, y and x; with the layout site-time y, x and time.
+fn name_dimensions(dimensions: &mut [Dimension], layout: Layout) {
+    let Some(last) = dimensions.len().checked_sub(1).filter(|last| *last > 1) else {
+        return;
+    };
+    let time = match layout {
+        Layout::TimeSite => 0,
+        Layout::SiteTime => last,
+    };
+    dimensions[time].name = Some("time".into());
+    let others = (0..=last).rev().filter(|d| *d != time);
+    for (d, name) in others.zip(["x", "y", "z"]) {
+        dimensions[d].name = Some(name.into());
+    }
+}
 
 /// An attribute as a statement.
 fn statement(attributes: &Attributes, key: &str, name: &str, place: &str) -> Option<Statement> {
@@ -251,10 +279,11 @@ fn statement(attributes: &Attributes, key: &str, name: &str, place: &str) -> Opt
     })
 }
 
-/// The field of a file of `format`.
-pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
-    let arrays = Arrays::open(source, format)?;
+/// The field of a file of arrays.
+pub(super) fn read(source: &FileSource, container: Container) -> Result<Contents> {
+    let arrays = Arrays::new(source, container)?;
     let container = &arrays.container;
+    let format = container.format;
     let choice = Choice::of(&arrays)?;
     let variable = arrays.variable(choice.variable);
     let shape = [choice.n_times(&arrays)?, choice.n_sites(&arrays)?];
@@ -266,7 +295,6 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         true => Statements::default(),
         false => arrays.statements(choice.variable)?,
     };
-    let fault = |fault| source.fault(fault);
     let storage = load::storage(&arrays, &choice)?;
     let mut notes = match is_own || format == Format::Npy {
         true => Vec::new(),
@@ -277,8 +305,8 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
     let remarks = container.remarks.iter().filter(of_it);
     notes.extend(remarks.map(|remark| Note::doubt("remark", remark.text.clone())));
     let (stated, options) = (&source.stated, source.options);
-    let time = statements.time(stated, options).map_err(fault)?;
-    let space = statements.space(stated, options).map_err(fault)?;
+    let time = statements.time(stated, options)?;
+    let space = statements.space(stated, options)?;
     let time = axes::axis(&arrays, &time, Some(&choice.times), &mut notes)?;
     let space = axes::axis(&arrays, &space, choice.sites.as_ref(), &mut notes)?;
     // Times that count from a date say so themselves.
@@ -291,11 +319,11 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
     }
     let [scale, offset] = match is_own {
         true => <[f64; 2]>::from(own.linear()).map(Factor::One),
-        false => statements.scaling(shape, &mut notes).map_err(fault)?,
+        false => statements.scaling(shape, &mut notes)?,
     };
     let unit = match is_own || stated.unit.is_some() {
         true => arrays.unit(choice.variable),
-        false => statements.unit(&mut notes).map_err(fault)?,
+        false => statements.unit(&mut notes)?,
     };
     let counts = |listed: &Listed| listed.even == Coordinates::default();
     notes.extend(statements.unused([
@@ -303,13 +331,8 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         counts(&space) && stated.dx.is_none(),
     ]));
     let standard_name = attributes.text("standard_name");
-    let packing = own.packing(
-        variable.sample_type.number(),
-        format,
-        [scale, offset],
-        &mut notes,
-    );
-    let packing = packing.map_err(fault)?;
+    let sample = variable.sample_type.number();
+    let packing = own.packing(sample, format, [scale, offset], &mut notes)?;
     let quantity = quantity(&variable.path, standard_name, unit.as_deref());
     let field = Field {
         unit,
@@ -318,7 +341,12 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
             .map(|place| Some(last_name(place?.name.as_deref()?).to_owned())),
         ..Field::of_storage(storage.packed(packing), (shape[0], shape[1]))
     };
-    let mut contents = Contents::of(field, [time, space], quantity);
+    let mut contents = Contents {
+        field,
+        time,
+        space,
+        quantity,
+    };
     if is_own {
         arrays.of_run(&mut contents.field)?;
     } else {
@@ -347,25 +375,42 @@ impl Arrays<'_> {
         let attributes = &self.container.attributes;
         field.dispersion = attributes.text("dispersion").map(str::to_owned);
         let numbers = |name| {
-            self.container
-                .find(name)
-                .map(|i| self.numbers(i))
-                .transpose()
+            let found = self.container.find(name);
+            found.map(|i| self.container.numbers(i)).transpose()
         };
-        field.struck = match (attributes.get("struck_site"), &self.archive) {
-            (Some(Value::Integers(sites)), _) => {
-                sites.first().and_then(|&site| site.try_into().ok())
-            }
-            (_, Some(archive)) if self.container.find("scene").is_some() => {
-                archive.borrow_mut().struck(n_sites)?
-            }
-            _ => None,
+        field.struck = match attributes.get("struck_site") {
+            Some(Value::Integers(sites)) => sites.first().and_then(|&site| site.try_into().ok()),
+            _ => self.struck(n_sites)?,
         };
         field.struck = field.struck.filter(|site| *site < n_sites);
         let bodies = numbers("mass")?.zip(numbers("contact_coefficient")?);
         let bodies = bodies.filter(|(masses, _)| masses.len() == n_sites);
         field.masses = bodies.and_then(|(masses, contacts)| graded_masses(&masses, &contacts));
         Ok(())
+    }
+
+    /// The last of `n_sites` bodies of a run that moves, or is out of place, in its first sample; the body that its scene
+    /// drives where none is, by default the first. `None` for another number of bodies, and of no run.
+    fn struck(&self, n_sites: usize) -> Result<Option<usize>> {
+        let Some(scene) = self.text("scene")? else {
+            return Ok(None);
+        };
+        let mut last = None;
+        for name in ["velocity", "displacement"] {
+            let Some(i) = self.container.find(name) else {
+                continue;
+            };
+            if self.variable(i).dimensions.last().map(|d| d.len) != Some(n_sites as u64) {
+                return Ok(None);
+            }
+            let first = self.rows(i, |rows| 0..rows.min(1))?;
+            last = last.max(first.iter().rposition(|&v| v != 0.0));
+        }
+        let scene = scene.parse::<toml::Table>().unwrap_or_default();
+        let site = scene.get("drive_site").and_then(toml::Value::as_integer);
+        Ok(last
+            .or(site.and_then(|site| site.try_into().ok()))
+            .or(Some(0)))
     }
 
     /// Single numbers of a file that may be the position of its record, or have the name `asked`: attributes of the field
@@ -410,7 +455,7 @@ impl Arrays<'_> {
 }
 
 /// What a file that this program wrote states as its schema.
-fn own_schema(container: &Container) -> Option<&str> {
+pub(super) fn own_schema(container: &Container) -> Option<&str> {
     let schema = container.attributes.text("schema");
     schema.filter(|schema| schema.starts_with("cascade."))
 }
@@ -418,7 +463,8 @@ fn own_schema(container: &Container) -> Option<&str> {
 /// The schema of a NetCDF file that this program or its Python package wrote, and whether it holds a whole run;
 /// `None` for any other file.
 pub(super) fn own(bytes: Arc<FileBytes>) -> Option<(String, bool)> {
-    let container = own_container(bytes)?;
+    let format = netcdf(&bytes)?;
+    let container = wavecascade_formats::open(format, bytes, &Options::default()).ok()?;
     let schema = own_schema(&container)?.to_owned();
     // A part of a run, which arrays of other languages are easily cut to, is a field.
     let is_whole = || {
@@ -430,47 +476,10 @@ pub(super) fn own(bytes: Arc<FileBytes>) -> Option<(String, bool)> {
     Some((schema, is_run))
 }
 
-fn own_container(bytes: Arc<FileBytes>) -> Option<Container> {
+/// The format of a NetCDF file; `None` for any other file.
+pub(super) fn netcdf(bytes: &[u8]) -> Option<Format> {
     let is_netcdf = |format: &Format| matches!(format, Format::NetCdf3 | Format::Hdf5);
-    let format = Format::detect("a.nc", &bytes).filter(is_netcdf)?;
-    wavecascade_formats::open(format, bytes, &Options::default()).ok()
-}
-
-/// The texts and the arrays of a NetCDF file; `None` for any other file.
-pub(super) fn parts(bytes: Arc<FileBytes>) -> Option<wavecascade_formats::Result<Parts>> {
-    let container = own_container(bytes)?;
-    let texts = container.attributes.0.iter();
-    let texts = texts.filter_map(|(name, _)| {
-        let text = container.attributes.text(name)?;
-        Some((name.clone(), text.to_owned()))
-    });
-    let is_number = |i: &usize| container.variables[*i].sample_type.number().is_some();
-    let arrays = (0..container.variables.len()).filter(is_number).map(|i| {
-        let variable = &container.variables[i];
-        let name = variable.path.trim_start_matches('/').to_owned();
-        Ok((name, (variable.shape(), container.numbers(i)?)))
-    });
-    let arrays: wavecascade_formats::Result<_> = arrays.collect();
-    let texts = texts.collect();
-    Some(arrays.map(|arrays| (texts, arrays)))
-}
-
-impl FileSource<'_> {
-    /// A fault of a container as one of its file.
-    fn container_fault(&self, fault: wavecascade_formats::Error) -> Error {
-        match fault {
-            wavecascade_formats::Error::Memory {
-                needed, allowed, ..
-            } => Error::Memory {
-                what: "what has to be decoded of the file",
-                needed,
-                allowed,
-            },
-            fault => self.fault(InputFault::Container {
-                fault: Box::new(fault),
-            }),
-        }
-    }
+    Format::detect("a.nc", bytes).filter(is_netcdf)
 }
 
 fn is_float(sample: Sample) -> bool {

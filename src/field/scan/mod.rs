@@ -1,6 +1,5 @@
 //! Point-by-point scans: one record a file, many files, one field.
 
-mod align;
 mod correlate;
 mod position;
 mod records;
@@ -9,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::align::Alignment;
+use super::align::{Alignment, Apart, Shift};
 use super::assembly::Assembly;
 use super::coordinates::{Coordinates, Listed};
 use super::options::OpenOptions;
@@ -177,7 +176,7 @@ impl Scan {
 
         let heads = records::heads(self, &paths, &of_each)?;
         records::check_alike(&heads, options.jitter)?;
-        let alignment = align::alignment(self, &heads, options)?;
+        let alignment = alignment(self, &heads, options)?;
         let n_sites = sites.last().map_or(0, |last| last + 1);
         let shape = [n_sites, alignment.n_times];
         let (assembly, hash) = self.assemble(&heads, &sites, &alignment, &of_each, shape)?;
@@ -318,6 +317,33 @@ impl Scan {
         );
         Note::told("scan", text.trim_end())
     }
+}
+
+/// The shifts of the records: by the delays of the references, else by the times of the files.
+fn alignment(scan: &Scan, heads: &[Head], options: &OpenOptions) -> Result<Alignment> {
+    let (jitter, method) = (options.jitter, options.resample.time);
+    let first = &heads[0].time;
+    let shift = |head: &Head| -> Result<Shift> {
+        if let (Some(_), Some(delay)) = (&scan.reference, head.delay) {
+            let left = Shift {
+                whole: -delay.samples,
+                fraction: 0.0,
+                left: -delay.fraction,
+            };
+            let exact = left.total();
+            let resampled = method.and_then(|_| Shift::of(exact, jitter, method));
+            return Ok(resampled.unwrap_or(left));
+        }
+        let shift = (head.time.origin - first.origin) / first.step;
+        let parts = Shift::of(shift, jitter, method);
+        parts.ok_or_else(|| fault_of(&head.path, ScanFault::Fraction { shift }))
+    };
+    let shifts = heads.iter().map(shift).collect::<Result<Vec<_>>>()?;
+    let lengths = heads.iter().map(|head| head.n_times).collect();
+    Alignment::new(shifts, lengths, method).map_err(|Apart { early, late }| {
+        let other = heads[late].path.clone();
+        fault_of(&heads[early].path, ScanFault::NoCommonTime { other })
+    })
 }
 
 /// What was taken of each file, at positions `at`.

@@ -9,7 +9,7 @@ use super::{RUN_SCHEMA, RunFile};
 use crate::chain::scene::{SceneSource, Setup};
 use crate::chain::{Run, RunReport};
 use crate::error::{Error, InputFault, Result};
-use crate::field::{Members, check_written, is_run_archive, read_container, read_members};
+use crate::field::{Members, check_written, read_members};
 
 /// By how much masses and coefficients may differ from those that the scene gives on another
 /// machine, relative to their size.
@@ -46,7 +46,7 @@ impl Parts for Members<'_> {
     }
 }
 
-/// Arrays and texts of a run in memory, row-major: of a NetCDF file, or of another language.
+/// Arrays and texts of a run in memory, row-major, of another language.
 #[derive(Debug, Default)]
 pub struct RunParts {
     /// In messages.
@@ -73,27 +73,8 @@ impl Parts for RunParts {
     }
 }
 
-/// Reads from a run file, or from a NetCDF file of a run.
-fn read<T>(path: &Path, of: impl FnOnce(&mut dyn Parts) -> Result<T>) -> Result<T> {
-    if is_run_archive(path)? {
-        return read_members(path, |members| of(members));
-    }
-    match read_container(path)? {
-        Some((texts, arrays)) => {
-            let path = path.to_owned();
-            of(&mut RunParts {
-                path,
-                texts,
-                arrays,
-            })
-        }
-        // Whatever else it is, the archive's reader says what is wrong with it.
-        None => read_members(path, |members| of(members)),
-    }
-}
-
 pub(super) fn run_file(path: &Path, arrays: Arrays) -> Result<RunFile> {
-    read(path, |parts| of_parts(path, parts, arrays))
+    read_members(path, |members| of_parts(path, members, arrays))
 }
 
 pub(super) fn of_parts(path: &Path, members: &mut dyn Parts, arrays: Arrays) -> Result<RunFile> {
@@ -111,7 +92,7 @@ pub(super) fn of_parts(path: &Path, members: &mut dyn Parts, arrays: Arrays) -> 
 }
 
 pub(super) fn scene_and_step(path: &Path) -> Result<(Setup, f64)> {
-    read(path, |members| {
+    read_members(path, |members| {
         let setup = read_setup(path, members)?;
         let time = vector(members, "time", setup.simulation.samples)?;
         let step = match time[..] {

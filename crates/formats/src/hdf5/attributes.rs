@@ -2,7 +2,6 @@
 
 use hdf5_reader::{Attribute, ByteOrder as StoredOrder, Datatype, StringSize};
 
-use super::types;
 use crate::{Attributes, ByteOrder, Sample, Value};
 
 /// Those that are texts or numbers. References, and bytes that are no text, are left out.
@@ -57,21 +56,22 @@ fn texts(attribute: &Attribute) -> Option<Vec<String>> {
 }
 
 fn numbers(attribute: &Attribute, datatype: &Datatype) -> Option<Value> {
-    let (sample, order) = match datatype {
+    let (kind, size, order) = match datatype {
         Datatype::Enum { base, .. } => return numbers(attribute, base),
         Datatype::FixedPoint {
             size,
             signed,
             byte_order,
-        } => (types::integer(*size, *signed)?, byte_order),
+        } => (if *signed { 'i' } else { 'u' }, *size, byte_order),
         // PyTables stores booleans as bits.
         Datatype::Bitfield {
             size: 1,
             byte_order,
-        } => (Sample::U8, byte_order),
-        Datatype::FloatingPoint { size, byte_order } => (types::float(*size)?, byte_order),
+        } => ('u', 1, byte_order),
+        Datatype::FloatingPoint { size, byte_order } => ('f', *size, byte_order),
         _ => return None,
     };
+    let sample = Sample::of_kind(kind, size.into())?;
     let order = match order {
         StoredOrder::LittleEndian => ByteOrder::Little,
         StoredOrder::BigEndian => ByteOrder::Big,

@@ -57,11 +57,7 @@ pub(super) fn place(
             let start = address.checked_add(file.superblock().base_address);
             let end = start.and_then(|start| start.checked_add(total));
             match (start, end) {
-                (Some(start), Some(end)) if end <= len => Ok(Place::Strided {
-                    start,
-                    strides,
-                    order,
-                }),
+                (Some(start), Some(end)) if end <= len => Ok(Place::in_file(start, strides, order)),
                 _ => Err(Error::damaged(
                     place(),
                     format!("{total} bytes of samples from byte {address}"),

@@ -19,7 +19,7 @@ use hdf5_reader::{Dataset, FilterRegistry, Hdf5File, OpenOptions};
 use crate::cursor::beginning;
 use crate::{
     Attributes, Bytes, Container, Dimension, Error, Format, Options, Place, Result, SampleType,
-    Variable,
+    Shared, Variable,
 };
 use data::Stored;
 use links::Target;
@@ -87,15 +87,6 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
         }
     }
     Ok(container)
-}
-
-/// The bytes of a file as an owner of them.
-struct Shared(Bytes);
-
-impl AsRef<[u8]> for Shared {
-    fn as_ref(&self) -> &[u8] {
-        (*self.0).as_ref()
-    }
 }
 
 /// What is found on the way through the groups.

@@ -109,7 +109,8 @@ fn number(stored: &[u8]) -> Option<(Sample, ByteOrder)> {
     let class = stored[0] & 0xf;
     let sample = if class != 1 {
         // Bits count as an unsigned integer: PyTables stores booleans so.
-        integer(size as u8, class == 0 && flags & 8 != 0)?
+        let is_signed = class == 0 && flags & 8 != 0;
+        Sample::of_kind(if is_signed { 'i' } else { 'u' }, size as usize)?
     } else {
         let bias = u32::from_le_bytes(stored.get(16..20)?.try_into().ok()?);
         // Bit 6 is the byte order of the VAX; the sign is the highest bit; bits 4 and 5 say that the
@@ -120,30 +121,7 @@ fn number(stored: &[u8]) -> Option<(Sample, ByteOrder)> {
             (size, &stored[12..16], bias),
             (2, [10, 5, 0, 10], 15) | (4, [23, 8, 0, 23], 127) | (8, [52, 11, 0, 52], 1023)
         );
-        float(size as u8).filter(|_| is_usual && is_ieee)?
+        Sample::of_kind('f', size as usize).filter(|_| is_usual && is_ieee)?
     };
     Some((sample, order))
-}
-
-/// Integers of so many bytes.
-pub(super) fn integer(size: u8, is_signed: bool) -> Option<Sample> {
-    use Sample::*;
-    let [signed, unsigned] = match size {
-        1 => [I8, U8],
-        2 => [I16, U16],
-        4 => [I32, U32],
-        8 => [I64, U64],
-        _ => return None,
-    };
-    Some(if is_signed { signed } else { unsigned })
-}
-
-/// Floats of so many bytes.
-pub(super) fn float(size: u8) -> Option<Sample> {
-    match size {
-        2 => Some(Sample::F16),
-        4 => Some(Sample::F32),
-        8 => Some(Sample::F64),
-        _ => None,
-    }
 }

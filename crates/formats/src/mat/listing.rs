@@ -90,13 +90,21 @@ impl Listing {
         let (order, start) = (part.order, start as u64);
         let mut variable = Variable::new(path.clone(), dimensions(shape), class);
         let is_bool = class == Sample::Bool && disk.bytes() == 1;
-        if part.inflated.is_none() && (disk == class || is_bool) {
+        if disk == class || is_bool {
             variable.place = Place::Strided {
                 start,
                 strides,
                 order,
+                is_in_file: part.inflated.is_none(),
             };
-            self.container.push(variable);
+            match part.inflated {
+                None => self.container.push(variable),
+                Some((inflated, _)) => {
+                    let inflated = Bytes::clone(inflated);
+                    self.container
+                        .push_in(variable, move || Ok(Bytes::clone(&inflated)));
+                }
+            }
             return Ok(());
         }
         // A column is contiguous: a cache line of it at once.

@@ -8,6 +8,7 @@ use flate2::read::ZlibDecoder;
 use rayon::prelude::*;
 
 use super::listing::{Listing, Part, count, rows_of_text};
+use crate::container::MAX_INFLATION;
 use crate::cursor::beginning;
 use crate::{ByteOrder, Bytes, Error, Result, Sample};
 
@@ -20,8 +21,6 @@ const MOST_MEMBERS: u64 = 4096;
 const MOST_DIMENSIONS: usize = 32;
 /// Bytes of the name of a field, beyond what MATLAB allows.
 const MOST_NAME: usize = 4096;
-/// Deflate gives at most 1032 bytes for one.
-const MOST_INFLATION: u64 = 1032;
 
 const INT8: u32 = 1;
 const UINT8: u32 = 2;
@@ -124,8 +123,8 @@ fn inflated_len(deflated: &[u8], order: ByteOrder, at: usize) -> Result<u64> {
         Ok(()) => {}
     }
     let len = u64::from(len) + 8;
-    if len > MOST_INFLATION * deflated.len() as u64 {
-        let expected = format!("at most {MOST_INFLATION} bytes for one that is compressed");
+    if len > MAX_INFLATION * deflated.len() as u64 {
+        let expected = format!("at most {MAX_INFLATION} bytes for one that is compressed");
         return damaged(expected, format!("{len} bytes"));
     }
     Ok(len)
@@ -426,6 +425,23 @@ impl Elements<'_> {
         use Sample::*;
         /// Of the classes from 6 to 15.
         const CLASSES: [Sample; 10] = [F64, F32, I8, U8, I16, U16, I32, U32, I64, U64];
+        /// By the types of elements.
+        const TYPES: [Option<Sample>; 14] = [
+            None,
+            Some(I8),
+            Some(U8),
+            Some(I16),
+            Some(U16),
+            Some(I32),
+            Some(U32),
+            Some(F32),
+            None,
+            Some(F64),
+            None,
+            None,
+            Some(I64),
+            Some(U64),
+        ];
         let shape = &header.shape;
         if header.is_complex {
             return listing.push_other(path, shape, "complex numbers");
@@ -440,21 +456,10 @@ impl Elements<'_> {
         }
         let element = self.next("numbers")?;
         let start = element.range.start;
-        let disk = match element.kind {
-            INT8 => I8,
-            UINT8 => U8,
-            3 => I16,
-            UINT16 => U16,
-            INT32 => I32,
-            UINT32 => U32,
-            7 => F32,
-            9 => F64,
-            12 => I64,
-            13 => U64,
-            other => {
-                let found = format!("an element of type {other}");
-                return Err(self.part.damaged(start, "numbers", found));
-            }
+        let disk = TYPES.get(element.kind as usize).copied().flatten();
+        let Some(disk) = disk else {
+            let found = format!("an element of type {}", element.kind);
+            return Err(self.part.damaged(start, "numbers", found));
         };
         if count.checked_mul(disk.bytes() as u64) != Some(element.range.len() as u64) {
             let expected = format!("{count} numbers of type {}", disk.name());

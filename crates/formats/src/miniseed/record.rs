@@ -145,7 +145,7 @@ fn place(at: usize) -> String {
 
 /// Nanoseconds since 1970-01-01; none before 1677 and after 2262.
 fn nanoseconds(year: u16, day: u16, [hour, minute, second]: [u8; 3], fraction: i64) -> Option<i64> {
-    let days = time::days_before(year) + i64::from(day) - 1;
+    let days = time::days_to(year.into(), 1, day.into());
     let seconds = i64::from(hour) * 3600 + i64::from(minute) * 60 + i64::from(second);
     let seconds = days.checked_mul(86_400)?.checked_add(seconds)?;
     seconds.checked_mul(time::PER_SECOND)?.checked_add(fraction)

@@ -1,45 +1,39 @@
 //! Fields of trace headers, and which of them is the coordinate of the traces.
 
-use super::layout::{Layout, i16_at, number_at, u16_at};
+use super::layout::{Layout, i16_at, u16_at};
 use crate::Sample;
 
 /// What a trace header says in one number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Field {
-    Offset,
-    Elevation,
-    SourceX,
-    SourceY,
-    GroupX,
-    GroupY,
+    /// An integer of four bytes: its path, its place, and that of its scalar, if it has one.
+    Stated(&'static str, usize, Option<usize>),
     /// In ms.
     Delay,
     /// Along the line through a point in a direction of length 1.
-    Distance {
-        from: [f64; 2],
-        along: [f64; 2],
-    },
+    Distance { from: [f64; 2], along: [f64; 2] },
 }
 
+/// The place of the scalar of positions.
+const OF_POSITIONS: usize = 70;
+
 impl Field {
+    const OFFSET: Field = Field::Stated("/offset", 36, None);
+    const GROUP_X: Field = Field::Stated("/group_x", 80, Some(OF_POSITIONS));
+    const GROUP_Y: Field = Field::Stated("/group_y", 84, Some(OF_POSITIONS));
     pub(super) const OF_HEADERS: [Field; 7] = [
-        Field::Offset,
-        Field::SourceX,
-        Field::SourceY,
-        Field::GroupX,
-        Field::GroupY,
-        Field::Elevation,
+        Field::OFFSET,
+        Field::Stated("/source_x", 72, Some(OF_POSITIONS)),
+        Field::Stated("/source_y", 76, Some(OF_POSITIONS)),
+        Field::GROUP_X,
+        Field::GROUP_Y,
+        Field::Stated("/elevation", 40, Some(68)),
         Field::Delay,
     ];
 
     pub(super) fn path(self) -> &'static str {
         match self {
-            Field::Offset => "/offset",
-            Field::Elevation => "/elevation",
-            Field::SourceX => "/source_x",
-            Field::SourceY => "/source_y",
-            Field::GroupX => "/group_x",
-            Field::GroupY => "/group_y",
+            Field::Stated(path, ..) => path,
             Field::Delay => "/delay",
             Field::Distance { .. } => "/distance",
         }
@@ -47,34 +41,25 @@ impl Field {
 
     /// Whether the coordinate unit of the header applies.
     pub(super) fn is_position(self) -> bool {
-        matches!(
-            self,
-            Field::SourceX | Field::SourceY | Field::GroupX | Field::GroupY
-        )
+        matches!(self, Field::Stated(.., Some(OF_POSITIONS)))
     }
 
     /// Its value for a trace, with the scalar of the header applied.
     pub(super) fn value(self, layout: &Layout, header: &[u8]) -> f64 {
-        let integer = |at| number_at(Sample::I32, layout.order, header, at);
-        let coordinate = |at| scaled(integer(at), i16_at(layout.order, header, 70));
+        let short = |at| i16_at(layout.order, header, at);
         match self {
-            Field::Offset => integer(36),
-            Field::Elevation => scaled(integer(40), i16_at(layout.order, header, 68)),
-            Field::SourceX => coordinate(72),
-            Field::SourceY => coordinate(76),
-            Field::GroupX => coordinate(80),
-            Field::GroupY => coordinate(84),
+            Field::Stated(_, at, scalar) => {
+                let value = Sample::I32.to_f64(layout.order, &header[at..at + 4]);
+                scaled(value, scalar.map_or(0, short))
+            }
+            // Revision 0 and Seismic Unix have no scalar of times.
             Field::Delay => {
-                let delay = f64::from(i16_at(layout.order, header, 108));
-                // Revision 0 and Seismic Unix have no scalar of times.
-                match layout.revision {
-                    Some(1..) => scaled(delay, i16_at(layout.order, header, 214)),
-                    _ => delay,
-                }
+                let has_scalar = matches!(layout.revision, Some(1..));
+                scaled(short(108).into(), if has_scalar { short(214) } else { 0 })
             }
             Field::Distance { from, along } => {
-                let x = Field::GroupX.value(layout, header) - from[0];
-                let y = Field::GroupY.value(layout, header) - from[1];
+                let x = Field::GROUP_X.value(layout, header) - from[0];
+                let y = Field::GROUP_Y.value(layout, header) - from[1];
                 x * along[0] + y * along[1]
             }
         }
@@ -141,12 +126,12 @@ impl Headers<'_> {
     /// The field that rises from trace to trace along the line of receivers, if one does.
     pub(super) fn coordinate(&self, positions_are_lengths: bool) -> Option<Field> {
         if positions_are_lengths {
-            if self.is_constant(Field::GroupY) {
-                if self.rises(Field::GroupX) {
-                    return Some(Field::GroupX);
+            if self.is_constant(Field::GROUP_Y) {
+                if self.rises(Field::GROUP_X) {
+                    return Some(Field::GROUP_X);
                 }
                 // Readers expect rising coordinates; a distance or an offset would hide the order.
-                if self.falls(Field::GroupX) {
+                if self.falls(Field::GROUP_X) {
                     return None;
                 }
             }
@@ -154,14 +139,14 @@ impl Headers<'_> {
                 return Some(distance);
             }
         }
-        self.rises(Field::Offset).then_some(Field::Offset)
+        self.rises(Field::OFFSET).then_some(Field::OFFSET)
     }
 
     /// The distance along the straight line from the first receiver to the last, if all lie on it.
     fn line(&self) -> Option<Field> {
         let point = |trace| {
             let header = self.layout.header(self.bytes, trace);
-            [Field::GroupX, Field::GroupY].map(|field| field.value(self.layout, header))
+            [Field::GROUP_X, Field::GROUP_Y].map(|field| field.value(self.layout, header))
         };
         let (from, to) = (point(0), point(self.layout.traces.checked_sub(1)?));
         let (x, y) = (to[0] - from[0], to[1] - from[1]);

@@ -33,10 +33,6 @@ pub(super) fn i16_at(order: ByteOrder, bytes: &[u8], at: usize) -> i16 {
     u16_at(order, bytes, at).cast_signed()
 }
 
-pub(super) fn number_at(sample: Sample, order: ByteOrder, bytes: &[u8], at: usize) -> f64 {
-    sample.to_f64(order, &bytes[at..at + sample.bytes()])
-}
-
 /// Byte order and format code, if one order gives a code that the standard knows.
 pub(super) fn format_code(bytes: &[u8]) -> Option<(ByteOrder, u16)> {
     [ByteOrder::Big, ByteOrder::Little]

@@ -83,11 +83,8 @@ pub(crate) fn open(format: Format, bytes: Bytes, _options: &Options) -> Result<C
             .attributes
             .insert_text(name, format!("{interval} us"));
     }
-    traces.place = Place::Strided {
-        start: (layout.start + HEADER) as u64,
-        strides: vec![layout.stride() as u64, layout.sample.bytes() as u64],
-        order: layout.order,
-    };
+    let strides = vec![layout.stride() as u64, layout.sample.bytes() as u64];
+    traces.place = Place::in_file((layout.start + HEADER) as u64, strides, layout.order);
     if !same_delay {
         let text = "the delay recording times of the traces differ; see /delay";
         traces.attributes.insert_text("delays", text);

@@ -201,11 +201,11 @@ fn numbers(file: &Bytes, channels: Vec<Channel>, variable: &mut Variable) -> Row
             start,
             strides,
             order,
-        }) => Place::Strided {
-            start,
-            strides: strides[usize::from(is_single)..].to_vec(),
-            order,
-        },
+            ..
+        }) => {
+            let strides = strides[usize::from(is_single)..].to_vec();
+            Place::in_file(start, strides, order)
+        }
         _ => {
             // Samples of other channels between those of one are best read together.
             let size = first.0.bytes() as u64;

@@ -34,7 +34,7 @@ impl Stamp {
 
     /// Since 1970, to the nearest; none before 1677 and after 2262.
     pub(super) fn nanoseconds(self) -> Option<i64> {
-        let epoch = i128::from(time::days_before(1904)) * 86_400;
+        let epoch = i128::from(time::days_to(1904, 1, 1)) * 86_400;
         let per_second = i128::from(time::PER_SECOND);
         // Writers cut the fraction: 1 us is stored as slightly less.
         let fraction = (i128::from(self.fraction) * per_second + (1 << 63)) >> 64;

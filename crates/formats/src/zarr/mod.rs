@@ -12,14 +12,12 @@ use zarrs::array::{Array, ArrayBytes, ArrayShardedExt};
 use zarrs::array_subset::ArraySubset;
 use zarrs::filesystem::FilesystemStore;
 
-use crate::container::{Block, Decoder};
+use crate::container::{Block, Decoder, MAX_INFLATION};
 use crate::{Bytes, Container, Error, Format, Options, Result, Sample};
 use walk::Walk;
 
 /// What any store may stand for: chunks that were never written cost nothing.
 const SMALL: u64 = 64 << 20;
-/// Most bytes that a stored one stands for, as in other formats.
-const MAX_INFLATION: u64 = 1032;
 
 /// Opens the store in `folder`.
 pub(crate) fn open(format: Format, folder: &Path, options: &Options) -> Result<Container> {

@@ -102,7 +102,8 @@ fn regress_coordinates() {
         Place::Strided {
             start: 3840,
             strides: vec![288, 4],
-            order: ByteOrder::Big
+            order: ByteOrder::Big,
+            is_in_file: true,
         }
     );
     let slant = opened("i32.sgy");
