@@ -122,8 +122,10 @@ fn members<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Vec<&'a FollowedChain> 
     all.filter(|member| seen.insert(&member.key)).collect()
 }
 
-/// Follows the pulses of chains and their references in parallel, then makes curves, which may need further ones. The
-/// curves, names and reasons of the chains that failed, and how many were simulated in this run.
+/// Curves, names and reasons of the chains that failed, and how many were simulated in this run.
+type Curved<C> = (Vec<C>, Vec<(String, String)>, usize);
+
+/// Follows the pulses of chains and their references in parallel, then makes curves, which may need further ones.
 ///
 /// # Errors
 /// As [`Journal::each`], and those of `curves`.
@@ -132,7 +134,7 @@ pub(super) fn follow<'a, C>(
     known: &Known,
     observer: &dyn Observer,
     curves: impl FnOnce(See) -> Result<Vec<C>>,
-) -> Result<(Vec<C>, Vec<(String, String)>, usize)> {
+) -> Result<Curved<C>> {
     let members = members(pairs);
     known.each("pulses", &members, observer, |member, observer| {
         member.outcome(known, observer).map(drop)

@@ -167,7 +167,7 @@ fn curves(
     apart: &[&str],
     only: &str,
 ) -> String {
-    let [file, x, y, x_label, y_label] = [table, x, y, x_label, y_label].map(|text| quoted(text));
+    let [file, x, y, x_label, y_label] = [table, x, y, x_label, y_label].map(quoted);
     let mut script = head(what, "chains", table, "");
     script += "import csv\n";
     script += HERE;

@@ -47,11 +47,13 @@ pub struct ResultArgs {
 /// A result that any thread may describe.
 pub type AnyResult = Box<dyn Describe + Send + Sync>;
 
+/// Writes what goes beside a result to its directory.
+type Beside = Box<dyn Fn(&Path) -> Result<(), Error> + Send + Sync>;
+
 /// What was found.
 pub struct Found {
     pub result: AnyResult,
-    /// Writes what goes beside it to its directory.
-    pub beside: Box<dyn Fn(&Path) -> Result<(), Error> + Send + Sync>,
+    pub beside: Beside,
     /// Why a part of it is missing.
     pub failed: Option<String>,
 }
