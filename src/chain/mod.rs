@@ -43,7 +43,7 @@ pub use run::CHECK_FACTOR;
 pub(crate) use run::Checked;
 pub use simulation::{Accuracy, EndTime, Record, Simulation};
 pub use stepping::{Cost, Scheme, StepControl, SteppedSites};
-pub(crate) use stepping::{Quintic, openings};
+pub(crate) use stepping::{Quintic, integral_of_lagrange, openings};
 pub use tangent::{Direction, Gradient, Tangents};
 pub(crate) use watch::{Interpolant, ObservedRun, Resolution, SAMPLES_PER_STEP, Signal, StateView};
 pub use work::Work;
