@@ -213,14 +213,8 @@ impl Simulation {
         let (local, tolerance) = match self.accuracy {
             Accuracy::Step(step) => {
                 let samples = SampleTimes::all(end, self.samples);
-                let control = StepControl::Fixed(step);
-                return self.once(
-                    control,
-                    scale,
-                    (samples, &mut Checks::default()),
-                    self.record,
-                    observer,
-                );
+                let (fixed, wanted) = (StepControl::Fixed(step), (samples, &mut Checks::default()));
+                return self.once(fixed, scale, wanted, self.record, observer);
             }
             Accuracy::LocalError(local) => (local, None),
             Accuracy::Tolerance(tolerance) => (self.local_error_for(tolerance), Some(tolerance)),

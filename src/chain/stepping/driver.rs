@@ -6,7 +6,7 @@ use super::events::{Crosses, StepEnds};
 use super::islands::Islands;
 use super::pair::press_placed;
 use super::pair::{PairStep, Span, StepOutcome, StepScratch};
-use super::system::{FIRST_CONTACT, State, System};
+use super::system::{FIRST_CONTACT, FIRST_SITE, State, System};
 use super::tableau::Tableau;
 use super::{Cost, Mark, StepControl, Stepping, Task};
 use crate::chain::drive::Drive;
@@ -277,23 +277,17 @@ impl<K: Kernel> Driver<K> {
     fn lost(&self) -> Error {
         let overlap = |s: usize| self.system.overlap(s, &self.state.x);
         let by = |a: &usize, b: &usize| overlap(*a).abs().total_cmp(&overlap(*b).abs());
-        let found = match self.system.contacts.clone().max_by(by) {
-            Some(0 | 1) => format!(
-                "the contact with the first wall at the overlap {:e}",
-                overlap(1)
-            ),
-            Some(s) => format!(
-                "contact {} at the overlap {:e}",
-                s - FIRST_CONTACT,
-                overlap(s)
-            ),
-            None => "another".into(),
-        };
-        let expected = "motion that steps of finite length can follow";
+        let farthest = self.system.contacts.clone().max_by(by).unwrap_or(0);
+        let found = format!(
+            "the contact before body {} at the overlap {:e} at time {:e}",
+            farthest.saturating_sub(FIRST_SITE),
+            overlap(farthest.max(1)),
+            self.time
+        );
         refuse(
             "tolerance",
-            expected,
-            format!("{found} at time {:e}", self.time),
+            "motion that steps of finite length can follow",
+            found,
         )
     }
 
