@@ -44,6 +44,6 @@ pub(crate) use run::Checked;
 pub use simulation::{Accuracy, EndTime, Record, Simulation};
 pub use stepping::{Cost, Scheme, StepControl, SteppedSites};
 pub(crate) use stepping::{Quintic, integral_of_lagrange, openings};
-pub use tangent::{Direction, Gradient};
+pub use tangent::{Direction, Gradient, Lyapunov};
 pub(crate) use watch::{Interpolant, ObservedRun, Resolution, SAMPLES_PER_STEP, Signal, StateView};
 pub use work::Work;

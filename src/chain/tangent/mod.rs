@@ -15,6 +15,7 @@
 
 mod direction;
 mod gradient;
+mod lyapunov;
 mod rates;
 
 use std::ops::Range;
@@ -24,6 +25,7 @@ use rayon::prelude::*;
 
 pub use direction::Direction;
 pub use gradient::Gradient;
+pub use lyapunov::Lyapunov;
 use rates::{Active, Motion, Rates};
 
 use super::simulation::Simulation;
