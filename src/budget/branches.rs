@@ -13,7 +13,6 @@ use num_complex::Complex;
 
 use super::contacts::Contacts;
 use super::modes::{Basis, Modes};
-use super::scale::inside;
 use super::wavenumber::dot;
 
 type Pair = [Complex<f64>; 2];
@@ -44,25 +43,18 @@ pub(super) struct BranchSplit {
 impl Branches {
     /// `None` where the chain has no linear limit, or is no dimer of whole cells.
     pub(super) fn of(contacts: &Contacts, modes: &Modes) -> Option<Branches> {
-        let chain = contacts.chain();
+        let chain = contacts.chain;
         let n = chain.n_sites();
         let held = chain.on_site.any();
         let odd = n < 4 || n % 2 == 1;
         if modes.basis() != Basis::Fourier || odd || held || !contacts.has_linear_limit() {
             return None;
         }
-        let cell = |values: &[f64], inside: std::ops::Range<usize>| -> Option<[f64; 2]> {
-            let first = inside.clone().find(|j| j % 2 == 0)?;
-            let second = inside.clone().find(|j| j % 2 == 1)?;
-            let pair = [values[first], values[second]];
-            let alike = |j: usize| (values[j] - pair[j % 2]).abs() <= 1e-9 * pair[j % 2].abs();
-            inside.into_iter().all(alike).then_some(pair)
-        };
+        let cell = |values: &[f64]| <[f64; 2]>::try_from(chain.cell(values, 2, 0.0)?).ok();
         let stiffness: Vec<f64> = (0..contacts.len())
             .map(|i| contacts.contact(i).stiffness(0.0))
             .collect();
-        let mass = cell(&chain.mass, inside(chain.ends, n))?;
-        let stiffness = cell(&stiffness, inside(chain.ends, contacts.len()))?;
+        let (mass, stiffness) = (cell(&chain.mass)?, cell(&stiffness)?);
         let alike = |[a, b]: [f64; 2]| (a - b).abs() <= 1e-9 * a.abs();
         if alike(mass) && alike(stiffness) {
             return None;

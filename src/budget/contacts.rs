@@ -12,7 +12,7 @@ const ROUNDING: f64 = 1e-12;
 /// The contacts of a chain in order of x; a contact with a wall before site 0 is the first.
 #[derive(Debug)]
 pub(super) struct Contacts<'a> {
-    chain: &'a Chain,
+    pub(super) chain: &'a Chain,
     drive: Option<&'a Drive>,
     /// 1 with a wall before site 0, else 0.
     pub(super) offset: usize,
@@ -167,10 +167,7 @@ impl<'a> Contacts<'a> {
         ] {
             row.resize(some.len(), 0.0);
         }
-        let (wall, wall_velocity) = match self.drive {
-            Some(Drive::Wall(wave)) => (wave.at(t), wave.rate_at(t)),
-            _ => (0.0, 0.0),
-        };
+        let [wall, wall_velocity] = self.wall(t);
         state.wall_velocity = wall_velocity;
         // Contacts between adjacent sites first, then those at the ends.
         let end = some.end.min(self.offset + x.len() - 1);
@@ -208,27 +205,29 @@ impl<'a> Contacts<'a> {
         if ground.is_none() && (0..self.len()).all(never_below) {
             return Ok(());
         }
-        let mut state = ContactState::default();
+        let springs: Vec<Contact> = self.chain.springs().collect();
         let mut largest = 0.0f64;
         for at in (0..motion.samples()).map(|i| motion.at(i)) {
-            self.evaluate(at, &mut state);
-            largest = state.energy.iter().fold(largest, |a, b| a.max(b.abs()));
-            let springs = ground.into_iter().flat_map(|ground| {
-                let energy = move |(j, x): (usize, &f64)| (j, ground.spring(j).energy(*x));
-                at.x.iter().enumerate().map(energy)
-            });
-            let springs = springs.map(|(j, energy)| ("the ground's spring at site", j, energy));
-            let contacts = state.energy.iter().enumerate();
-            let number = |i: usize| i.saturating_sub(self.offset);
-            let contacts = contacts.map(|(i, energy)| ("contact", number(i), *energy));
-            let mut all = springs.chain(contacts);
-            if let Some((what, j, energy)) = all.find(|(.., energy)| *energy < -ROUNDING * largest)
-            {
-                let found = format!("{energy:.3e} in {what} {j} at time {}", at.t);
+            let [wall, _] = self.wall(at.t);
+            let energy = |of: &Contact| of.energy(of.across(at.x, wall));
+            let energies: Vec<f64> = springs.iter().map(energy).collect();
+            largest = energies.iter().fold(largest, |a, b| a.max(b.abs()));
+            let mut all = springs.iter().zip(energies);
+            if let Some((spring, energy)) = all.find(|(_, energy)| *energy < -ROUNDING * largest) {
+                let j = spring.sites[0].or(spring.sites[1]).unwrap_or(0);
+                let found = format!("{energy:.3e} in a spring of body {j} at time {}", at.t);
                 return Err(Error::request("only", ABOVE_REST, found));
             }
         }
         Ok(())
+    }
+
+    /// Displacement and velocity of a wall before site 0.
+    fn wall(&self, t: f64) -> [f64; 2] {
+        match self.drive {
+            Some(Drive::Wall(wave)) => [wave.at(t), wave.rate_at(t)],
+            _ => [0.0; 2],
+        }
     }
 
     /// `phi` and its slope from the overlaps of `state`.
@@ -271,20 +270,27 @@ impl<'a> Contacts<'a> {
     ) -> impl Iterator<Item = [f64; 2]> {
         let some = some.start + self.offset..some.end + self.offset;
         self.evaluate_some(some.clone(), at, state);
-        let forces = state.elastic.iter().zip(&state.damping);
-        some.zip(forces)
-            .map(move |(i, (elastic, damping))| match self.sites(i) {
-                [Some(left), Some(right)] => [elastic + damping, 0.5 * (at.v[left] + at.v[right])],
-                _ => [0.0; 2],
-            })
+        let state = &*state;
+        some.enumerate()
+            .map(move |(place, i)| self.force_and_speed([i, place], at.v, state))
+    }
+
+    /// The same of contact i, which has this place in `state`.
+    pub(super) fn force_and_speed(
+        &self,
+        [i, place]: [usize; 2],
+        v: &[f64],
+        state: &ContactState,
+    ) -> [f64; 2] {
+        let force = state.elastic[place] + state.damping[place];
+        match self.sites(i) {
+            [Some(left), Some(right)] => [force, 0.5 * (v[left] + v[right])],
+            _ => [0.0; 2],
+        }
     }
 
     /// Whether waves of small amplitude about the static state are linear.
     pub(super) fn has_linear_limit(&self) -> bool {
         self.each.iter().all(Contact::has_linear_limit)
-    }
-
-    pub(super) fn chain(&self) -> &'a Chain {
-        self.chain
     }
 }

@@ -5,39 +5,36 @@
 //! `sum P_j df` is the trapezoid sum of `F_j vbar_j`. This is `W_j` at the end of the record.
 //!
 //! Forces open like `t^{3/2}`, so the sum of `P_j(f) df` converges to `W_j` with order 5/2 in the
-//! time between samples, for every quadrature rule. Inside the stepping the chain is therefore stepped
-//! again with many more samples than the record has, and the energy passed is integrated inside the
-//! same steps. The spectrum then extends far above the frequencies of the record, and its sum closes
-//! to the stepping's error.
+//! time between samples, for every quadrature rule. Inside the stepping the integrals of F and vbar are
+//! those of Gauss's rule between contact openings: exact to the stepping's error, without an upper end of the spectrum, whose
+//! sum is the integral of `F_j vbar_j`.
 
+use std::f64::consts::PI;
 use std::ops::Range;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use column_fft::{RealToComplex, rows};
 use ndarray::{Array2, Axis, s};
-use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::Task;
-use super::balance::worst_of;
 use super::contacts::{ContactState, Contacts};
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::Budget;
+use super::tendency::forward;
 use super::wavenumber::dot;
 use crate::arrays::LargeArray;
-use crate::chain::{NodeState, Simulation};
 use crate::diagnostics::{MAP_LIMIT, Map, MapBuilder, edge_of};
 use crate::error::Result;
-use crate::numeric::{count_at_or_below, sum};
-use crate::observer::Observer;
+use crate::numeric::{at_or_below, count_at_or_below, sum};
 use crate::transform::{fold, frequencies};
 
 /// Largest frequency of the map, in units of the band edge.
 const SHOWN: f64 = 5.0;
 
-/// Intervals between samples; a power of two less one, so that records have a fast length.
-const INTERVALS: usize = (1 << 19) - 1;
+/// Bins of a low band at most: beyond, next to nothing passes.
+const MOST_BINS: usize = 1 << 18;
 
 /// Contacts whose records are transformed together.
 const BLOCK: usize = 32;
@@ -57,21 +54,20 @@ pub struct FrequencyFlow {
     pub high: Vec<f64>,
     /// Changes between the requested pairs of contacts.
     pub chosen: Vec<Between>,
-    /// Chosen contacts, from records made inside the stepping; empty if the chain was not integrated
-    /// again.
+    /// Chosen contacts, integrated inside the stepping; empty if the chain was not integrated again.
     pub refined: Vec<RefinedFlow>,
     /// `P_j(f)` over contacts, up to a few times the edge.
     pub map: Map,
 }
 
-/// The power flow of a contact from a finely sampled record made inside the stepping.
+/// The power flow of a contact, integrated inside the stepping.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct RefinedFlow {
     pub contact: usize,
     /// Sums of the spectrum below the edge, and above.
     pub low: f64,
     pub high: f64,
-    /// Energy passed, integrated inside the same steps.
+    /// Energy passed: the sum of both.
     pub passed: f64,
 }
 
@@ -140,10 +136,8 @@ pub(super) fn power_flow(task: &Task) -> Result<FrequencyFlow> {
     }
     observer.stage("power flow", m as u64);
     let df = 1.0 / (samples as f64 * dt);
-    let shown = frequency
-        .partition_point(|f| *f <= SHOWN * edge)
-        .max(2)
-        .min(bins);
+    let shown = frequency.partition_point(|f| *f <= SHOWN * edge);
+    let shown = shown.max(2).min(bins);
     let map = Mutex::new(MapBuilder::extreme((shown, m.max(1)), MAP_LIMIT));
     let blocks: Vec<usize> = (0..m).step_by(BLOCK).collect();
     let bands: Vec<Vec<[f64; 2]>> = blocks
@@ -152,16 +146,22 @@ pub(super) fn power_flow(task: &Task) -> Result<FrequencyFlow> {
             observer.go_on()?;
             let block = first..(first + BLOCK).min(m);
             let width = block.len();
-            let [mut forces, mut speeds] = records(motion, contacts, block);
-            let mut spectra = PowerSpectra::new(plan.clone(), dt);
+            let [mut forces, speeds] = records(motion, contacts, block);
             let mut powers = Array2::zeros((width, bins));
             let mut bands = Vec::with_capacity(width);
             let records = forces
                 .chunks_exact_mut(samples)
-                .zip(speeds.chunks_exact_mut(samples));
+                .zip(speeds.chunks_exact(samples));
             for (power, (force, speed)) in powers.rows_mut().into_iter().zip(records) {
                 let power = power.into_slice().unwrap_or_default();
-                spectra.find(force, speed, power);
+                for end in [0, samples - 1] {
+                    force[end] *= 0.5;
+                }
+                let [force, speed] = [&*force, speed].map(|record| forward(&*plan, record));
+                let spectra = force.iter().zip(&speed).enumerate();
+                for (power, (bin, (force, speed))) in power.iter_mut().zip(spectra) {
+                    *power = dt * dt * fold(bin, samples) * dot(*force, *speed);
+                }
                 let (low, high) = power.split_at(low_bins);
                 bands.push([low, high].map(|band| df * sum(band)));
             }
@@ -194,51 +194,9 @@ pub(super) fn power_flow(task: &Task) -> Result<FrequencyFlow> {
         frequency,
         edge,
     };
-    flow.chosen = request
-        .between
-        .iter()
-        .map(|[a, b]| flow.between(*a, *b))
-        .collect();
+    let pairs = request.between.iter();
+    flow.chosen = pairs.map(|[a, b]| flow.between(*a, *b)).collect();
     Ok(flow)
-}
-
-/// Power flows of records of one length.
-struct PowerSpectra {
-    plan: Arc<dyn RealToComplex<f64>>,
-    /// `dt^2`, folded.
-    weights: Vec<f64>,
-    spectra: [Vec<Complex<f64>>; 2],
-    work: Vec<Complex<f64>>,
-}
-
-impl PowerSpectra {
-    fn new(plan: Arc<dyn RealToComplex<f64>>, dt: f64) -> PowerSpectra {
-        let spectra = [0, 1].map(|_| plan.make_output_vec());
-        let weight = |bin| dt * dt * fold(bin, plan.len());
-        PowerSpectra {
-            weights: (0..spectra[0].len()).map(weight).collect(),
-            spectra,
-            work: plan.make_scratch_vec(),
-            plan,
-        }
-    }
-
-    /// That of a force and a mean speed, which are used up.
-    fn find(&mut self, force: &mut [f64], speed: &mut [f64], power: &mut [f64]) {
-        for end in [0, force.len() - 1] {
-            force[end] *= 0.5;
-        }
-        for (record, spectrum) in [force, speed].into_iter().zip(&mut self.spectra) {
-            // The lengths are the plan's own, so this cannot fail.
-            let _ = self
-                .plan
-                .process_with_scratch(record, spectrum, &mut self.work);
-        }
-        let spectra = self.spectra[0].iter().zip(&self.spectra[1]);
-        for ((power, weight), (force, speed)) in power.iter_mut().zip(&self.weights).zip(spectra) {
-            *power = weight * dot(*force, *speed);
-        }
-    }
 }
 
 /// Forces and mean speeds of up to [`BLOCK`] contacts; `(contact, time)`, row-major.
@@ -280,83 +238,111 @@ fn default_edge(
         let [force, _] = records(motion, contacts, j..j + 1);
         force
     });
-    let Some(mut record) = forces.find(moves) else {
+    let Some(record) = forces.find(moves) else {
         return f64::NAN;
     };
-    let mut spectrum = plan.make_output_vec();
-    // The lengths are the plan's own, so this cannot fail.
-    let _ = plan.process(&mut record, &mut spectrum);
-    let spectrum = spectrum.iter().enumerate();
+    let spectrum = forward(plan, &record).into_iter().enumerate();
     let power: Vec<f64> = spectrum
         .map(|(m, z)| fold(m, samples) * z.norm_sqr())
         .collect();
     edge_of(&power, frequency).unwrap_or(f64::NAN)
 }
 
-/// Of the record whose low band ends at this frequency.
-pub(super) fn refine(
-    simulation: &Simulation,
-    contacts: &Contacts,
-    local_error: f64,
-    request: &BudgetRequest,
-    [edge, duration]: [f64; 2],
-    observer: &dyn Observer,
-) -> Result<Vec<RefinedFlow>> {
-    let chosen = chosen(contacts, request);
-    let samples = INTERVALS + 1;
-    let mut records: Vec<[Vec<f64>; 2]> = chosen
-        .iter()
-        .map(|_| [0, 1].map(|_| Vec::with_capacity(samples)))
-        .collect();
-    let mut passed = vec![0.0; chosen.len()];
-    let times: Vec<f64> = (0..samples)
-        .map(|i| duration * (i as f64 / INTERVALS as f64))
-        .collect();
-    let mut state = ContactState::default();
-    let mut keep = |place: NodeState, followed: &[f64]| {
-        for ((j, [force, speed]), passed) in chosen.iter().zip(&mut records).zip(&mut passed) {
-            for [here, mean] in contacts.forces_and_speeds(*j..j + 1, place, &mut state) {
-                force.push(here);
-                speed.push(mean);
-            }
-            *passed = followed[*j];
-        }
-    };
-    simulation.sampled(&times, &chosen, local_error, observer, &mut keep)?;
-    let dt = duration / INTERVALS as f64;
-    let (df, frequency) = (1.0 / (samples as f64 * dt), frequencies(samples, dt));
-    let low_bins = count_at_or_below(&frequency, edge);
-    let mut spectra = PowerSpectra::new(rows::plan_fft_forward(samples), dt);
-    let mut power = vec![0.0; frequency.len()];
-    let flows = chosen.into_iter().zip(records).zip(passed);
-    let flows = flows.map(|((contact, [mut force, mut speed]), passed)| {
-        spectra.find(&mut force, &mut speed, &mut power);
-        let (low, high) = power.split_at(low_bins);
-        RefinedFlow {
-            contact,
-            low: df * sum(low),
-            high: df * sum(high),
-            passed,
-        }
-    });
-    Ok(flows.collect())
+/// Points of the grid on either side over which a value is spread: integrals are then right to 1e-12.
+const SPREAD: usize = 12;
+
+/// Power flows through chosen contacts, from Fourier integrals of forces and mean speeds over a record that are known at
+/// the nodes of a quadrature: each node is spread over a few points of a grid, which is transformed.
+///
+/// Source: L. Greengard, J.-Y. Lee, SIAM Review 46 (2004) 443-454, Gaussian gridding.
+pub(super) struct NodeFlows {
+    chosen: Vec<usize>,
+    duration: f64,
+    /// Of the low band, at `m / duration`.
+    bins: usize,
+    /// Of the force and the mean speed of each contact.
+    grids: Vec<[Vec<f64>; 2]>,
 }
 
-/// Puts refined flows, and their residual, in place of that of the samples.
-pub(super) fn put_into(budget: &mut Budget, flows: Vec<RefinedFlow>) {
-    let off = flows.iter().map(|of| (of.low + of.high - of.passed).abs());
-    let off: Vec<f64> = off.collect();
-    if !off.is_empty() {
-        budget.closure.frequency = budget.relative(worst_of(0.0, &off));
+impl NodeFlows {
+    /// Of a record whose low band ends at the frequency `edge`.
+    pub(super) fn new(
+        contacts: &Contacts,
+        request: &BudgetRequest,
+        edge: f64,
+        duration: f64,
+    ) -> NodeFlows {
+        let chosen = chosen(contacts, request);
+        let is_low = |m: &usize| at_or_below(*m as f64 / duration, edge);
+        let bins = (0..MOST_BINS).take_while(is_low).count();
+        let points = (4 * bins).next_power_of_two().max(4 * SPREAD);
+        let grids = |_| [0, 1].map(|_| vec![0.0; points]);
+        NodeFlows {
+            grids: chosen.iter().map(grids).collect(),
+            chosen,
+            duration,
+            bins,
+        }
     }
-    if let Some(flow) = &mut budget.frequency {
-        flow.refined = flows;
+
+    /// The longest step that resolves the low band.
+    pub(super) fn longest_step(&self) -> f64 {
+        0.5 * self.duration / self.bins as f64
+    }
+
+    /// Force and mean speed of the chosen contacts.
+    pub(super) fn through(
+        &self,
+        contacts: &Contacts,
+        v: &[f64],
+        state: &ContactState,
+    ) -> Vec<[f64; 2]> {
+        let of = |j: &usize| contacts.force_and_speed([j + contacts.offset; 2], v, state);
+        self.chosen.iter().map(of).collect()
+    }
+
+    /// Adds a node of this weight, at this time of the record.
+    pub(super) fn add(&mut self, weight: f64, t: f64, through: &[[f64; 2]]) {
+        for (grids, values) in self.grids.iter_mut().zip(through) {
+            let points = grids[0].len();
+            let at = t / self.duration * points as f64;
+            for k in (0..2 * SPREAD).map(|i| at.floor() + i as f64 - (SPREAD - 1) as f64) {
+                let share = weight * (-0.75 * PI / SPREAD as f64 * (k - at).powi(2)).exp();
+                let place = k.rem_euclid(points as f64) as usize;
+                for (grid, value) in grids.iter_mut().zip(values) {
+                    grid[place] += share * value;
+                }
+            }
+        }
+    }
+
+    /// The flows, of which the high band is what is left of the energy passed through each contact.
+    pub(super) fn finish(self, passed: &[f64]) -> Vec<RefinedFlow> {
+        let (bins, duration) = (self.bins, self.duration);
+        let flows = self.chosen.into_iter().zip(self.grids);
+        let flows = flows.map(|(contact, grids)| {
+            let points = grids[0].len();
+            let plan = rows::plan_fft_forward(points);
+            let [force, speed] = grids.map(|grid| forward(&*plan, &grid));
+            // What spreading takes off a component, squared.
+            let width = 8.0 * PI * SPREAD as f64 / (3.0 * (points * points) as f64);
+            let narrowed = |m: usize| 0.75 / SPREAD as f64 * (width * (m * m) as f64).exp();
+            let power = |m: usize| narrowed(m) * fold(m, points) * dot(force[m], speed[m]);
+            let low = (0..bins).map(power).sum::<f64>() / duration;
+            RefinedFlow {
+                contact,
+                low,
+                high: passed[contact] - low,
+                passed: passed[contact],
+            }
+        });
+        flows.collect()
     }
 }
 
 /// The usual contacts between two sites, and the requested ones.
 fn chosen(contacts: &Contacts, request: &BudgetRequest) -> Vec<usize> {
-    let chain = contacts.chain();
+    let chain = contacts.chain;
     let joins = |j: &usize| matches!(contacts.sites(j + contacts.offset), [Some(_), Some(_)]);
     let mut chosen = usual(chain.n_contacts().min(chain.n_sites() - 1));
     chosen.extend(request.between.iter().flatten().filter(|j| joins(j)));

@@ -6,6 +6,8 @@
 
 use ndarray::{Array2, ArrayView2, Axis};
 
+use crate::chain::integral_of_lagrange;
+
 /// Points of the polynomials that velocities are integrated with: kinks where contacts open
 /// (`t^{5/2}` of a Hertz contact) leave nothing to higher orders.
 pub(super) const CUBIC: usize = 4;
@@ -59,23 +61,10 @@ impl Quadrature {
 
 /// Weights of the samples 0, 1, ... in the integral from `s` to `s + 1`.
 fn interval(points: usize, s: usize) -> Vec<f64> {
-    (0..points)
-        .map(|j| {
-            // Coefficients of Lagrange's polynomial in t - s.
-            let mut polynomial = vec![1.0];
-            for other in (0..points).filter(|other| *other != j) {
-                let (root, scale) = (other as f64 - s as f64, j as f64 - other as f64);
-                let mut next = vec![0.0; polynomial.len() + 1];
-                for (power, c) in polynomial.iter().enumerate() {
-                    next[power] -= c * root / scale;
-                    next[power + 1] += c / scale;
-                }
-                polynomial = next;
-            }
-            let terms = polynomial.iter().enumerate();
-            terms.map(|(power, c)| c / (power + 1) as f64).sum()
-        })
-        .collect()
+    let places: Vec<f64> = (0..points).map(|j| j as f64 - s as f64).collect();
+    let all: Vec<usize> = (0..points).collect();
+    let weight = |j: &usize| integral_of_lagrange(&places, &all, *j, 1.0);
+    all.iter().map(weight).collect()
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use std::ops::Range;
 use super::balance::{RunningBalance, add};
 use super::contacts::{ContactState, Contacts};
 use super::motion::Motion;
-use crate::chain::{Ends, NodeState};
+use crate::chain::{Chain, Ends, NodeState};
 
 /// Energies and rates at one instant.
 #[derive(Debug, Clone, Default)]
@@ -32,7 +32,7 @@ pub(super) struct SiteTerms {
 impl SiteTerms {
     /// Those of this instant, with its contacts.
     pub(super) fn evaluate(&mut self, contacts: &Contacts, at: NodeState, state: &ContactState) {
-        let chain = contacts.chain();
+        let chain = contacts.chain;
         let (m, offset) = (chain.n_contacts(), contacts.offset);
         let (energy, loss, flux) = (&mut self.energy, &mut self.loss, &mut self.flux);
         energy.clear();
@@ -130,6 +130,16 @@ pub(super) struct Exchanged {
 }
 
 impl Exchanged {
+    /// Of a chain at its first sample.
+    pub(super) fn none(chain: &Chain) -> Exchanged {
+        let lossy = if chain.is_lossy() { chain.n_sites() } else { 0 };
+        Exchanged {
+            passed: vec![0.0; chain.n_contacts()],
+            lost: vec![0.0; lossy],
+            input: 0.0,
+        }
+    }
+
     /// Adds a node of a quadrature.
     pub(super) fn add(&mut self, weight: f64, rates: &SiteTerms) {
         add(&mut self.passed, weight, &rates.flux);
@@ -175,7 +185,7 @@ impl SiteBalance {
             times,
             sites,
             driven: contacts.pushed(),
-            periodic: contacts.chain().ends == Ends::Periodic,
+            periodic: contacts.chain.ends == Ends::Periodic,
             kept: Vec::new(),
             balance: RunningBalance::default(),
         }

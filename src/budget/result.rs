@@ -247,8 +247,8 @@ pub struct Closure {
     pub real_space: Residual,
     /// `E(k)` against the integral of `T - L` (and of the input).
     pub wavenumber: Residual,
-    /// Power-flow spectra against energy passed by the end: chosen contacts, from records made
-    /// inside the stepping, or all contacts, from samples.
+    /// Power-flow spectra against energy passed by the end, from samples; inside the stepping energies passed, which are
+    /// split between the bands, against those of the sites.
     pub frequency: Residual,
     /// Coarse-grained energies against the integral of their rates: the mapped scale inside the
     /// stepping, or all scales from samples.

@@ -46,11 +46,7 @@ pub(super) fn pass(task: &Task) -> Result<Budget> {
     let mut spectral = wavenumber.then(spectral).transpose()?;
     let [times, sites] = request.window.clone().unwrap_or([0..samples, 0..n]);
     let mut balance = SiteBalance::new(times, sites, contacts);
-    let mut exchanged = Exchanged {
-        passed: vec![0.0; m],
-        lost: vec![0.0; lossy],
-        input: 0.0,
-    };
+    let mut exchanged = Exchanged::none(chain);
     let mut budget = Budget {
         n_sites: n,
         n_contacts: m,

@@ -138,7 +138,7 @@ impl<'a> Scales<'a> {
         request: &BudgetRequest,
     ) -> Result<Scales<'a>> {
         let (filter, scales, pitch) = (request.filter, &request.scales, request.pitch);
-        let chain = contacts.chain();
+        let chain = contacts.chain;
         let n = chain.n_sites();
         let cell = unit_cell(stated).ok_or_else(|| {
             let expected =
@@ -218,14 +218,6 @@ impl<'a> Scales<'a> {
     }
 }
 
-/// Of so many sites or contacts those away from the ends, where a striker or a wall may differ from the rest.
-pub(super) fn inside(ends: Ends, count: usize) -> Range<usize> {
-    match ends {
-        Ends::Periodic => 0..count,
-        _ => 1.min(count)..count.saturating_sub(1).max(1).min(count),
-    }
-}
-
 /// Number of sites in the unit cell, found away from the ends.
 fn unit_cell(chain: &Chain) -> Option<usize> {
     let ground = chain.on_site.ground.as_ref();
@@ -234,18 +226,13 @@ fn unit_cell(chain: &Chain) -> Option<usize> {
     if let Some(all) = chain.resonators() {
         rows.extend([&all.mass, &all.stiffness, &all.damping]);
     }
-    let repeats = |values: &[f64], cell: usize| {
-        let mut pairs = values.iter().zip(values.iter().skip(cell));
-        pairs.all(|(a, b)| (a - b).abs() <= 1e-9 * a.abs())
-    };
     let laws = [&chain.law].into_iter();
     let laws = laws.chain(ground.map(|ground| &ground.law));
     let laws: Vec<usize> = laws
         .map(|laws| laws.only().map_or(laws.each().len(), |_| 1))
         .collect();
     (1..=LONGEST_CELL).find(|&cell| {
-        rows.iter()
-            .all(|row| repeats(&row[inside(chain.ends, row.len())], cell))
+        rows.iter().all(|row| chain.cell(row, cell, 0.0).is_some())
             && laws.iter().all(|laws| cell.is_multiple_of(*laws))
     })
 }

@@ -41,7 +41,7 @@ impl Scales<'_> {
         let inside = self.contacts.offset..;
         let [elastic, overlap, damping] =
             [&state.elastic, &state.overlap, &state.damping].map(|row| &row[inside.clone()]);
-        let chain = self.contacts.chain();
+        let chain = self.contacts.chain;
         let mut kinds = vec![elastic, overlap, at.v];
         if chain.losses.any() {
             force.clear();
@@ -97,7 +97,7 @@ impl Scales<'_> {
         scratch: &mut ScaleScratch,
         terms: &mut ScaleTerms,
     ) {
-        let chain = self.contacts.chain();
+        let chain = self.contacts.chain;
         let (n, m) = (chain.n_sites(), chain.n_contacts());
         let (law_force, at_sites) = (&mut scratch.law_force, &mut scratch.at_sites);
         let mut filtered = self.sublattices.filter(&planned.gains, &mut scratch.rows);

@@ -4,10 +4,12 @@ use rayon::prelude::*;
 
 use super::Task;
 use super::balance::{GivenRate, Passage, RunningBalance, worst_of};
+use super::contacts::{ContactState, Contacts};
 use super::filter::ScaleOf;
-use super::frequency;
+use super::frequency::NodeFlows;
 use super::modes::{Basis, Modes};
 use super::motion::Motion;
+use super::real_space::{Exchanged, SiteBalance, SiteTerms};
 use super::result::{Budget, Integration};
 use super::scale::{PlannedFilter, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
@@ -16,7 +18,6 @@ use super::wavenumber::{Terms, Transfers};
 use crate::arrays::LargeArray;
 use crate::chain::{Node, NodeState, NodeVisitor, Quintic, Scheme, Simulation, openings};
 use crate::error::Result;
-use crate::observer::CancelOnly;
 
 /// Error of a velocity a step, relative to the velocity scale.
 const LOCAL_ERROR: f64 = 1e-12;
@@ -42,12 +43,9 @@ pub(super) fn close(task: &Task, budget: &mut Budget) -> Result<()> {
     }
     if budget.scale == 0.0 {
         // Nothing moves, and there is no speed to measure errors of steps by.
-        let row = vec![0.0; wavenumbers.unwrap_or(0)];
-        for i in 0..motion.samples() {
-            waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, &row);
-            waiting.hand_on(i + 1)?;
-        }
-        return Ok(());
+        let all = vec![0.0; motion.samples() * wavenumbers.unwrap_or(0)];
+        waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, &all);
+        return waiting.hand_on(motion.samples());
     }
     let chain = motion.chain;
     let first = motion.at(0);
@@ -67,8 +65,18 @@ pub(super) fn close(task: &Task, budget: &mut Budget) -> Result<()> {
     let scales = budget.scales.as_ref();
     let scales = scales.map(|_| Scales::new(contacts, chain, request));
     let scales = scales.transpose()?;
+    let flow = budget.frequency.as_ref().map(|flow| PowerFlux {
+        contacts,
+        flows: NodeFlows::new(contacts, request, flow.edge, motion.duration()),
+        exchanged: Exchanged::none(chain),
+        balance: SiteBalance::new(0..motion.samples(), 0..chain.n_sites(), contacts),
+    });
+    let longest = flow
+        .as_ref()
+        .map_or(f64::INFINITY, |flow| flow.flows.longest_step());
     let mut followed = Followed {
         motion,
+        flow,
         spectral: wavenumbers.map(|count| SpectralFlux {
             transfers: &transfers,
             passage: Passage::new(GivenRate::Transfer, motion.samples(), count),
@@ -95,26 +103,20 @@ pub(super) fn close(task: &Task, budget: &mut Budget) -> Result<()> {
     };
     let times: Vec<f64> = motion.time.iter().map(|t| t - motion.time[0]).collect();
     observer.stage("integrals inside the stepping", times.len() as u64);
-    let low_band = budget.frequency.as_ref().map(|flow| flow.edge);
-    let (followed_to_end, flows) = rayon::join(
-        || -> Result<()> {
-            simulation.along(&times, LOCAL_ERROR, observer, &mut followed)?;
-            followed.evaluate();
-            Ok(())
-        },
-        || {
-            let Some(edge) = low_band else {
-                return Ok(Vec::new());
-            };
-            let (span, watch) = ([edge, motion.duration()], CancelOnly(observer));
-            frequency::refine(&simulation, contacts, LOCAL_ERROR, request, span, &watch)
-        },
-    );
-    followed_to_end?;
+    simulation.along(&times, [LOCAL_ERROR, longest], observer, &mut followed)?;
+    followed.evaluate();
     let Followed {
-        spectral, scale, ..
+        spectral,
+        scale,
+        flow,
+        ..
     } = followed;
-    frequency::put_into(budget, flows?);
+    if let Some(flow) = flow {
+        budget.closure.frequency = budget.relative(flow.balance.worst());
+        if let Some(found) = &mut budget.frequency {
+            found.refined = flow.flows.finish(&flow.exchanged.passed);
+        }
+    }
     if let Some(spectral) = spectral {
         spectral.put_into(budget)?;
     }
@@ -134,6 +136,7 @@ struct Followed<'a, 'm> {
     motion: &'a Motion<'m>,
     spectral: Option<SpectralFlux<'a>>,
     scale: Option<ScaleFlux<'a>>,
+    flow: Option<PowerFlux<'a>>,
     /// Places on the way, of which the first ones wait to be evaluated.
     places: Vec<Visited>,
     waiting: usize,
@@ -151,6 +154,9 @@ struct Visited {
     /// `E(k)` of the record, at a sample.
     recorded: Vec<f64>,
     scale: ScaleTerms,
+    sites: SiteTerms,
+    /// Force and mean speed of the chosen contacts.
+    through: Vec<[f64; 2]>,
 }
 
 struct SpectralFlux<'a> {
@@ -202,6 +208,27 @@ struct ScaleFlux<'a> {
     noticed: f64,
 }
 
+/// What passes contacts, and whether the energies of the sites change by it.
+struct PowerFlux<'a> {
+    contacts: &'a Contacts<'a>,
+    flows: NodeFlows,
+    exchanged: Exchanged,
+    balance: SiteBalance,
+}
+
+impl PowerFlux<'_> {
+    fn add(&mut self, place: &Visited) {
+        match place.visit {
+            Some(Node::Node(weight)) => {
+                self.exchanged.add(weight, &place.sites);
+                self.flows.add(weight, place.t, &place.through);
+            }
+            Some(Node::Sample(i)) => self.balance.follow(i, &place.sites.energy, &self.exchanged),
+            None => {}
+        }
+    }
+}
+
 impl Followed<'_, '_> {
     /// Evaluates the places that wait, on all threads, and adds them up in order.
     fn evaluate(&mut self) {
@@ -209,21 +236,37 @@ impl Followed<'_, '_> {
         let places = &mut self.places[..std::mem::take(&mut self.waiting)];
         let transfers = spectral.as_ref().map(|flux| flux.transfers);
         let scales = scale.as_ref().map(|flux| (flux.scales, flux.planned));
-        let scratch = || (transfers.map(Transfers::scratch), ScaleScratch::default());
+        let flow = &mut self.flow;
+        let flows = flow.as_ref().map(|flux| (flux.contacts, &flux.flows));
+        let scratch = || {
+            let of_spectra = transfers.map(Transfers::scratch);
+            (of_spectra, ScaleScratch::default(), ContactState::default())
+        };
         places.par_iter_mut().with_min_len(ALONE).for_each_init(
             scratch,
-            |(of_spectra, of_scales), place| {
+            |(of_spectra, of_scales, of_sites), place| {
                 let at = NodeState {
                     t: motion.time[0] + place.t,
                     x: &place.x,
                     v: &place.v,
                     resonators: place.resonators.each_ref().map(|row| &row[..]),
                 };
-                if let (Some(transfers), Some(scratch)) = (transfers, of_spectra) {
+                if let (Some(transfers), Some(scratch)) = (transfers, of_spectra.as_mut()) {
                     transfers.evaluate(at, scratch, &mut place.spectral);
                     if let Some(Node::Sample(i)) = place.visit {
                         place.recorded = transfers.energies(motion.at(i));
                     }
+                }
+                if let Some((contacts, flows)) = flows {
+                    let state = match of_spectra.as_ref() {
+                        Some(scratch) => &scratch.contacts,
+                        None => {
+                            contacts.evaluate(at, of_sites);
+                            &*of_sites
+                        }
+                    };
+                    place.sites.evaluate(contacts, at, state);
+                    place.through = flows.through(contacts, at.v, state);
                 }
                 if let Some((scales, planned)) = scales {
                     scales.load(at, of_scales);
@@ -232,6 +275,9 @@ impl Followed<'_, '_> {
             },
         );
         for place in places {
+            if let Some(flow) = flow {
+                flow.add(place);
+            }
             if let Some(flux) = spectral {
                 flux.add(place, motion.samples());
             }

@@ -134,17 +134,13 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 fn check(u: ArrayView2<f64>, [t0, dt]: [f64; 2], length: f64) -> Result<()> {
-    if u.nrows() < 2 || u.ncols() < 3 {
-        let found = format!("{} by {}", u.nrows(), u.ncols());
-        let expected = "two times and three places or more";
-        return Err(Error::request("field", expected, found));
-    }
+    let found = format!("{} by {}", u.nrows(), u.ncols());
+    let expected = "two times and three places or more";
+    Error::require(u.nrows() >= 2 && u.ncols() >= 3, "field", expected, found)?;
     if let Some(value) = u.iter().find(|value| !value.is_finite()) {
         return Err(Error::request("field", "finite values", value));
     }
-    if !t0.is_finite() {
-        return Err(Error::request("t0", "a finite time", t0));
-    }
+    Error::require(t0.is_finite(), "t0", "a finite time", t0)?;
     for (option, value) in [("dt", dt), ("length", length)] {
         let is_one = value > 0.0 && value.is_finite();
         Error::require(is_one, option, "a positive number", value)?;

@@ -72,7 +72,7 @@ impl<'a> Transfers<'a> {
         branches: Option<Branches>,
         driven: bool,
     ) -> Transfers<'a> {
-        let chain = contacts.chain();
+        let chain = contacts.chain;
         Transfers {
             branches,
             contacts,
@@ -86,7 +86,7 @@ impl<'a> Transfers<'a> {
 
     pub(super) fn scratch(&self) -> TransferScratch {
         let line = || vec![Complex::default(); self.modes.len()];
-        let chain = self.contacts.chain();
+        let chain = self.contacts.chain;
         let springs = usize::from(chain.on_site.ground.is_some())
             + 2 * usize::from(chain.resonators().is_some());
         let square = |i: usize| Square {
@@ -156,7 +156,7 @@ impl<'a> Transfers<'a> {
     /// Roots of the energies of springs to the ground, of resonators' motions and of their springs, with their rates;
     /// one value a site.
     fn springs(&self, at: NodeState) -> Vec<[Vec<f64>; 2]> {
-        let chain = self.contacts.chain();
+        let chain = self.contacts.chain;
         let mut all = Vec::new();
         if let Some(ground) = &chain.on_site.ground {
             let sites = at.x.iter().zip(at.v).enumerate();
@@ -203,12 +203,12 @@ impl<'a> Transfers<'a> {
         let (squares, springs) = (&mut scratch.squares, &scratch.springs);
         let (modes, contacts) = (&self.modes, self.contacts);
         contacts.push_all(&state.elastic, row);
-        if let Some(ground) = &contacts.chain().on_site.ground {
+        if let Some(ground) = &contacts.chain.on_site.ground {
             for (j, (f, x)) in row.iter_mut().zip(at.x).enumerate() {
                 *f -= ground.spring(j).force(*x);
             }
         }
-        if let Some(all) = contacts.chain().resonators() {
+        if let Some(all) = contacts.chain.resonators() {
             let [y, _] = at.resonators;
             for (j, f) in row.iter_mut().enumerate() {
                 *f += all.force(j, y[j] - at.x[j], 0.0);
@@ -235,7 +235,7 @@ impl<'a> Transfers<'a> {
     fn losses(&self, at: NodeState, scratch: &mut TransferScratch, loss: &mut Vec<f64>) {
         let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
         let (squares, other) = (&scratch.squares, &mut scratch.other);
-        let chain = self.contacts.chain();
+        let chain = self.contacts.chain;
         row.resize(at.v.len(), 0.0);
         self.contacts.push_all(&state.damping, row);
         for ((force, root), v) in row.iter_mut().zip(&self.root_mass).zip(at.v) {

@@ -1,6 +1,7 @@
 //! Dispersion branches of a periodic lattice: frequencies of small waves on the static state.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use ndarray::{Array2, s};
 use num_complex::Complex;
@@ -104,30 +105,27 @@ impl UnitCell {
             return Err(NoBranches::NoLinearLimit);
         }
         let none = || vec![0.0; chain.n_sites()];
-        let ground = chain.on_site.ground.as_ref();
-        let ground = ground.map(|all| {
-            (0..chain.n_sites())
-                .map(|j| all.spring(j).stiffness(0.0))
-                .collect()
+        let ground = chain.on_site.ground.as_ref().map(|all| {
+            let springs = (0..chain.n_sites()).map(|j| all.spring(j).stiffness(0.0));
+            springs.collect()
         });
         let (own, tie) = match chain.resonators() {
             Some(all) => (all.mass.clone(), all.stiffness.clone()),
             None => (none(), none()),
         };
-        let ends = usize::from(chain.ends != Ends::Periodic);
-        let inner = |values: &[f64]| ends..values.len().saturating_sub(ends).max(ends);
-        let bodies = inner(&chain.mass);
-        let all = [
-            (chain.mass.clone(), bodies.clone()),
-            (stiffness.clone(), inner(&stiffness)),
-            (ground.unwrap_or_else(none), bodies.clone()),
-            (own, bodies.clone()),
-            (tie, bodies.clone()),
+        let rows = [
+            chain.mass.clone(),
+            stiffness,
+            ground.unwrap_or_else(none),
+            own,
+            tie,
         ];
+        // Two whole cells at least, unless all is one cell of one body.
+        let least = rows.iter().map(|row| chain.inner(row.len()).len()).min();
+        let longest = (least.unwrap_or(0) / 2).clamp(1, MOST_BODIES);
         for defects in [0.0, DEFECTS] {
-            for period in 1..=MOST_BODIES.min(bodies.len().max(1)) {
-                let cells = all.each_ref();
-                let cells = cells.map(|(values, of)| repeated(values, of.clone(), period, defects));
+            for period in 1..=longest {
+                let cells = rows.each_ref().map(|row| chain.cell(row, period, defects));
                 if let [
                     Some(mass),
                     Some(stiffness),
@@ -206,25 +204,25 @@ impl UnitCell {
     }
 }
 
-/// One period of `values[range]`, if all but a share of `defects` of them repeat.
-fn repeated(
-    values: &[f64],
-    range: std::ops::Range<usize>,
-    period: usize,
-    defects: f64,
-) -> Option<Vec<f64>> {
-    // Two whole cells at least, unless all is one cell of one body.
-    if range.len() < 2 * period && period > 1 || range.is_empty() {
-        return None;
+impl Chain {
+    /// Of so many bodies or contacts those away from ends, where a striker or a wall may differ from the rest.
+    pub(crate) fn inner(&self, count: usize) -> Range<usize> {
+        let ends = usize::from(self.ends != Ends::Periodic).min(count);
+        ends..count.saturating_sub(ends).max(ends)
     }
-    let class = |phase: usize| {
-        let class = range.clone().filter(|j| j % period == phase);
-        median(class.map(|j| values[j]))
-    };
-    let cell: Vec<f64> = (0..period).map(class).collect::<Option<_>>()?;
-    let differs = |j: &usize| (values[*j] - cell[j % period]).abs() > SAME * cell[j % period];
-    let count = range.clone().filter(differs).count();
-    (count as f64 <= defects * range.len() as f64).then_some(cell)
+
+    /// One period of values along the chain, if all but a share of `defects` of those away from the ends repeat.
+    pub(crate) fn cell(&self, values: &[f64], period: usize, defects: f64) -> Option<Vec<f64>> {
+        let inner = self.inner(values.len());
+        let class = |phase: usize| {
+            let class = inner.clone().filter(|j| j % period == phase);
+            median(class.map(|j| values[j]))
+        };
+        let cell: Vec<f64> = (0..period).map(class).collect::<Option<_>>()?;
+        let differs = |j: &usize| (values[*j] - cell[j % period]).abs() > SAME * cell[j % period];
+        let count = inner.clone().filter(differs).count();
+        (count as f64 <= defects * inner.len() as f64).then_some(cell)
+    }
 }
 
 /// Singular values of a matrix with as many rows as columns or more, ascending, each to rounding of the largest: with their

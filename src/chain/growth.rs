@@ -70,15 +70,15 @@ impl Checks {
 }
 
 /// The error that rounding alone leaves at the end, relative to the velocity scale, where two runs
-/// differ by `differences` at equally distant times. Early differences count as `least` or more: before a
-/// first contact there are none.
-pub(super) fn grown_rounding(differences: &[f64], least: f64, scale: f64) -> f64 {
+/// differ by `differences` at equally distant times, and the rate of their growth from one to the next. Early differences count as
+/// `least` or more: before a first contact there are none.
+pub(super) fn grown_rounding(differences: &[f64], least: f64, scale: f64) -> [f64; 2] {
     let Some(last) = differences
         .len()
         .checked_sub(1)
         .filter(|n| *n >= LEAST_PARTS)
     else {
-        return 0.0;
+        return [0.0; 2];
     };
     let mut largest = 0.0f64;
     let so_far: Vec<f64> = differences
@@ -94,7 +94,7 @@ pub(super) fn grown_rounding(differences: &[f64], least: f64, scale: f64) -> f64
     let grown = saturated.unwrap_or(last).max(early + last / 4);
     let factor = so_far[grown] / so_far[early].max(least);
     let rate = factor.ln() / (grown - early) as f64;
-    ROUNDING * (rate * (last - early) as f64).exp()
+    [ROUNDING * (rate * (last - early) as f64).exp(), rate]
 }
 
 #[cfg(test)]
@@ -109,18 +109,19 @@ mod tests {
         };
         // Over 28 parts, also where it ends before.
         for most in [1.0, 2e-2] {
-            let found = grown_rounding(&differences(0.5, most), 1e-12, 1.0);
+            let [found, rate] = grown_rounding(&differences(0.5, most), 1e-12, 1.0);
+            assert!((rate - 0.5).abs() < 0.01, "{rate}");
             assert!(
                 (found / (1e-13 * 14f64.exp()) - 1.0).abs() < 0.05,
                 "{found:e}"
             );
         }
-        assert!(grown_rounding(&differences(0.0, 1.0), 1e-12, 1.0) < 2e-13);
+        assert!(grown_rounding(&differences(0.0, 1.0), 1e-12, 1.0)[0] < 2e-13);
         // A difference that jumps does not go on to do so.
         let mut jump = vec![1e-9; 33];
         jump[5..].fill(2e-2);
-        let found = grown_rounding(&jump, 1e-12, 1.0);
+        let [found, _] = grown_rounding(&jump, 1e-12, 1.0);
         assert!(found < 1.01e-13 * 2e7f64.powf(3.5), "{found:e}");
-        assert_eq!(grown_rounding(&[0.0, 1.0], 1e-12, 1.0), 0.0);
+        assert_eq!(grown_rounding(&[0.0, 1.0], 1e-12, 1.0), [0.0; 2]);
     }
 }

@@ -58,10 +58,8 @@ impl Chain {
             .flat_map(|all| all.sites())
             .collect();
         let places = n + resonators.len();
-        if places > MOST_SITES {
-            let expected = "at most 2000 bodies and resonators for modes";
-            return Err(refuse("mode", expected, places));
-        }
+        let expected = "at most 2000 bodies and resonators for modes";
+        Error::require(places <= MOST_SITES, "mode", expected, places)?;
         let own = self.resonators().map_or(&[][..], |all| &all.mass[..]);
         let own = resonators.iter().map(|j| own[*j]);
         let root_mass = self.mass.iter().copied().chain(own).map(f64::sqrt);

@@ -68,14 +68,14 @@ pub(crate) trait NodeVisitor {
 
 impl Simulation {
     /// Steps through `times`, rising from 0, with this error of a velocity a step relative to the
-    /// velocity scale, and shows `path` every sample and the nodes between them, in order.
+    /// velocity scale, no step longer than `longest`, and shows `path` every sample and the nodes between them, in order.
     ///
     /// # Errors
     /// As [`Simulation::run`].
     pub(crate) fn along(
         &self,
         times: &[f64],
-        local_error: f64,
+        [local_error, longest]: [f64; 2],
         observer: &dyn Observer,
         path: &mut dyn NodeVisitor,
     ) -> Result<()> {
@@ -90,6 +90,7 @@ impl Simulation {
             smooth: stepping::gauss(SMOOTH_NODES),
             beside: stepping::gauss(NODES),
             opened: None,
+            longest,
             contacts: vec![None; stepping::first_contact(&self.chain)],
         };
         walk.contacts.extend(self.chain.all_contacts().map(Some));
@@ -116,6 +117,7 @@ struct Walk<'a> {
     beside: Vec<(f64, f64)>,
     /// The last time at which a contact opened or closed.
     opened: Option<f64>,
+    longest: f64,
     /// The contacts, each at its place in rows.
     contacts: Vec<Option<Contact<'a>>>,
 }
@@ -132,7 +134,8 @@ impl Walk<'_> {
     /// One step towards `target`; returns where it ends.
     fn step(&mut self, from: f64, target: f64, path: &mut dyn NodeVisitor) -> Result<f64> {
         let mark = self.stepping.mark();
-        let steps = ((target - from) / self.stepping.step()).ceil().max(1.0);
+        let step = self.stepping.step().min(self.longest);
+        let steps = ((target - from) / step).ceil().max(1.0);
         let to = if steps == 1.0 {
             target
         } else {

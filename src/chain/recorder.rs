@@ -120,6 +120,7 @@ impl Recorder {
                     velocity_scale: scale,
                     error: None,
                     energy_drift: None,
+                    lyapunov: None,
                     cost: Cost::default(),
                     warnings: Vec::new(),
                 },

@@ -5,7 +5,7 @@ use ndarray::{Array1, Array2};
 use super::drive::Drive;
 use super::lattice::Chain;
 use super::stepping::Cost;
-use super::tangent::Gradient;
+use super::tangent::{Gradient, Lyapunov};
 use crate::field::{Axis, Field, Quantity, graded_masses};
 
 /// The results of a run; arrays are `(time, site)` or `(time, contact)`.
@@ -46,6 +46,9 @@ pub struct RunReport {
     /// Largest change of the energy not explained by input and losses, relative to the largest
     /// energy. Small drift does not imply small errors of velocities.
     pub energy_drift: Option<f64>,
+    /// Where it was requested.
+    #[serde(default)]
+    pub lyapunov: Option<Lyapunov>,
     pub cost: Cost,
     pub warnings: Vec<RunWarning>,
 }
@@ -62,6 +65,10 @@ pub enum RunWarning {
         reached: f64,
         /// The error that rounding alone leaves, estimated from the growth of the difference.
         rounding: f64,
+        /// The rate of this growth, an estimate of the largest Lyapunov exponent, and the time up to which velocities stand to
+        /// the tolerance.
+        #[serde(default)]
+        growth: Option<[f64; 2]>,
     },
     /// The tolerance is below the rounding error of the velocities, which have the error `reached`: smaller steps bring two runs
     /// no closer.

@@ -213,14 +213,8 @@ impl Simulation {
         let (local, tolerance) = match self.accuracy {
             Accuracy::Step(step) => {
                 let samples = SampleTimes::all(end, self.samples);
-                let control = StepControl::Fixed(step);
-                return self.once(
-                    control,
-                    scale,
-                    (samples, &mut Checks::default()),
-                    self.record,
-                    observer,
-                );
+                let (fixed, wanted) = (StepControl::Fixed(step), (samples, &mut Checks::default()));
+                return self.once(fixed, scale, wanted, self.record, observer);
             }
             Accuracy::LocalError(local) => (local, None),
             Accuracy::Tolerance(tolerance) => (self.local_error_for(tolerance), Some(tolerance)),
@@ -282,12 +276,19 @@ impl Simulation {
             let Some(tolerance) = tolerance.filter(|limit| error > *limit && !is_enough) else {
                 return Ok(run);
             };
-            let rounding = grown_rounding(&differences, LEAST_EARLY * coarse * scale, scale);
+            let least = LEAST_EARLY * coarse * scale;
+            let [rounding, rate] = grown_rounding(&differences, least, scale);
             if error > EXCESS * tolerance && rounding > tolerance.max(LEAST_GROWN) {
+                let part = end / (differences.len() - 1) as f64;
+                let stands = differences
+                    .iter()
+                    .take_while(|off| SURE * **off <= tolerance * scale);
+                let until = part * stands.count().saturating_sub(1) as f64;
                 run.report.warnings.push(RunWarning::Amplifies {
                     tolerance,
                     reached: error,
                     rounding,
+                    growth: Some([rate / part, until]),
                 });
                 return Ok(run);
             }

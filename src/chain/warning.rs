@@ -10,10 +10,16 @@ impl RunWarning {
                 tolerance,
                 reached,
                 rounding,
-            } => format!(
-                "velocities stand to {reached:.1e}, not to {tolerance:.1e}, and were not stepped finer: \
-                 two runs grow apart so fast that rounding alone leaves about {rounding:.0e}"
-            ),
+                growth,
+            } => {
+                let growth = growth.map_or(String::new(), |[rate, until]| {
+                    format!(" (the largest Lyapunov exponent is about {rate:.1e}; they stand to {tolerance:.1e} until {until:.3e})")
+                });
+                format!(
+                    "velocities stand to {reached:.1e}, not to {tolerance:.1e}, and were not stepped finer: \
+                     two runs grow apart so fast that rounding alone leaves about {rounding:.0e}{growth}"
+                )
+            }
             RunWarning::Rounding { tolerance, reached } => format!(
                 "velocities stand to {reached:.1e}, not to {tolerance:.1e}: rounding leaves no more"
             ),

@@ -311,7 +311,6 @@ pub(super) fn simulated(
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by(|a, b| wanted[*a].total_cmp(&wanted[*b]));
     let rising: Vec<f64> = order.iter().map(|i| wanted[*i]).collect();
-    let contacts: Vec<usize> = (0..chain.n_contacts()).collect();
     let mut at = 0;
     let mut row = |x: &[f64], v: &[f64]| {
         let index = order[at];
@@ -330,13 +329,9 @@ pub(super) fn simulated(
         }
     };
     if !rising.is_empty() {
-        simulation.sampled(
-            &rising,
-            &contacts,
-            local_error,
-            observer,
-            &mut |place, _| row(place.x, place.v),
-        )?;
+        simulation.sampled(&rising, local_error, observer, &mut |place| {
+            row(place.x, place.v)
+        })?;
     }
     observer.go_on()?;
     Ok(values)

@@ -232,43 +232,6 @@ fn val_definition_the_field_of_a_run() {
     assert_eq!((field.n_times(), field.n_sites()), (33, 12));
 }
 
-/// Toda's soliton: with `theta_n = kappa n - t sinh kappa`, `x_n = ln(cosh theta_n / cosh theta_{n+1})` and
-/// `v_n = sinh kappa (tanh theta_{n+1} - tanh theta_n)`; M. Toda, J. Phys. Soc. Jpn. 22 (1967) 431.
-#[test]
-fn val_closed_form_soliton_of_toda() {
-    let (n, from, time) = (80, 25.0, 14.0);
-    for (kappa, b) in [(0.7f64, 1.0), (1.3, 2.0)] {
-        // Lengths over b, at unit masses and coefficients.
-        let theta = |j: f64, t: f64| kappa * (j - from) - t * kappa.sinh();
-        let velocity = |j: usize, t: f64| {
-            let j = j as f64;
-            kappa.sinh() * (theta(j + 1.0, t).tanh() - theta(j, t).tanh()) / b
-        };
-        let toda = chain(&vec![1.0; n], &vec![1.0; n - 1], Ends::Free, Law::toda(b));
-        let mut launched = Simulation::impact(toda, 0.0, time / kappa, 5);
-        launched.accuracy = Accuracy::Tolerance(1e-11);
-        for j in 0..n {
-            launched.velocity[j] = velocity(j, 0.0);
-            let at = j as f64;
-            let ratio = theta(at, 0.0).cosh() / theta(at + 1.0, 0.0).cosh();
-            // At rest far ahead.
-            launched.displacement[j] = (ratio.ln() + kappa) / b;
-        }
-        let run = launched.run(&Silent).unwrap();
-        let largest = kappa.sinh() * (0.5 * kappa).tanh() * 2.0 / b;
-        let mut off = 0f64;
-        for (row, t) in run.velocity.rows().into_iter().zip(&run.time) {
-            for (j, v) in row.iter().enumerate() {
-                off = off.max((v - velocity(j, *t)).abs() / largest);
-            }
-        }
-        println!("kappa {kappa}: {off:e} of {largest}");
-        assert!(off < 2e-13, "{off:e}");
-        let stated = run.report.error.unwrap() / largest;
-        assert!(off <= 3.0 * stated.max(1e-12), "{off:e} of {stated:e}");
-    }
-}
-
 /// Two bodies bound by Morse's law return after `2 pi sqrt(mu / c) / sqrt(1 - E / D)`, `D = c / (2 b^2)`.
 #[test]
 fn val_closed_form_period_of_two_bodies_under_the_law_of_morse() {

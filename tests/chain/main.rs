@@ -8,6 +8,7 @@ mod flight;
 mod high_precision;
 mod known;
 mod laws;
+mod lyapunov;
 mod many;
 mod on_site;
 mod peaks;

@@ -36,7 +36,7 @@ fn tangents(scene: &str, value: f64, end: f64) -> Vec<f64> {
     let [below, above] = [value - step, value + step].map(|value| simulation(scene, value));
     let direction = Direction::between(&below, &above, 2.0 * step).unwrap();
     let found = simulation(scene, value).tangents(&[direction], &[end], 1e-11, &Silent);
-    found.unwrap()[0].velocity[0].clone()
+    found.unwrap()[1].iter().copied().collect()
 }
 
 const HEAD: &str = "sites = 12\nsamples = 3\nend_time = 15.0\n";

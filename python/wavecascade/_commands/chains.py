@@ -93,6 +93,7 @@ def simulate(
     scene: Scene = None,
     *,
     gradient: Sequence[str] = (),
+    lyapunov: bool = False,
     progress: Progress = None,
     **keys: Unpack[SceneKeys],
 ) -> xr.Dataset:
@@ -107,6 +108,8 @@ def simulate(
         Keys of a scene as a dictionary, or the path of a scene file.
     gradient
         Keys with respect to which derivatives of the run are returned: ``["young", "mass_cell[1]"]``.
+    lyapunov
+        Whether the report holds the largest Lyapunov exponent, with its convergence.
     **keys
         Keys of the scene, over those of ``scene``: ``sites=40, stiffness_ratio=4.9``. ``cascade
         scene`` prints all.
@@ -125,8 +128,8 @@ def simulate(
     """
     scene, rest = _merged(scene, dict(keys), frozenset())
     text, file = _scene(scene)
-    rest["gradient"] = list(gradient) or None
-    said = words("simulate", rest, ("gradient",), file, _KEYS)
+    rest |= {"gradient": list(gradient) or None, "lyapunov": lyapunov or None}
+    said = words("simulate", rest, ("gradient", "lyapunov"), file, _KEYS)
     found = _native.simulate(text, said, observed(progress))
     warn(found)
     run = dataset(found, {})

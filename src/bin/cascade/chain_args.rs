@@ -37,6 +37,10 @@ pub struct Simulate {
     #[arg(long, value_name = "KEY,KEY", value_delimiter = ',')]
     pub gradient: Vec<String>,
 
+    /// Find the largest Lyapunov exponent of the run, too: the rate at which small differences grow.
+    #[arg(long)]
+    pub lyapunov: bool,
+
     /// Print what the scene describes and the memory of its run, and stop.
     #[arg(long)]
     pub plan: bool,
@@ -66,6 +70,10 @@ impl Simulate {
         if !self.gradient.is_empty() {
             let times = run.time.to_vec();
             run.gradient = Some(gradient(source, &self.gradient, &times, observer)?);
+        }
+        if self.lyapunov {
+            let end = run.time[run.time.len() - 1];
+            run.report.lyapunov = Some(setup.simulation.lyapunov(end, observer)?);
         }
         Ok(run)
     }

@@ -148,6 +148,13 @@ fn summary(description: &Description, run: &Run, seconds: f64, width: usize) -> 
         );
         lines.line("gradient", &text);
     }
+    if let Some(found) = &report.lyapunov {
+        let [half, whole] = [found.convergence[2][1], found.exponent].map(number);
+        lines.line(
+            "Lyapunov exponent",
+            &format!("{whole}, {half} up to half of the time"),
+        );
+    }
     lines.line("computation", &format!("{seconds:.3} s"));
     for warning in &report.warnings {
         lines.warning(&warning.message(), advice::of_run(warning));

@@ -168,14 +168,14 @@ pub fn chain_triads(
     motion.check()?;
     let chain = QuadraticChain::of(motion)?;
     if !(pitch > 0.0 && pitch.is_finite()) {
-        return refuse("pitch", "a positive length", pitch);
+        return Err(Error::request("pitch", "a positive length", pitch));
     }
     let samples = motion.samples();
     let window = request.window.clone().unwrap_or(0..samples);
     if window.end > samples || window.len() < 3 {
         let expected = format!("three samples or more within 0:{samples}");
         let found = format!("{}:{}", window.start, window.end);
-        return refuse("window-samples", &expected, found);
+        return Err(Error::request("window-samples", expected, found));
     }
     let n = chain.grid.components;
     let needed = 8 * (2 * n * n + BLOCK * 6 * n) as u64;
@@ -297,8 +297,4 @@ fn integrate(
         transfer,
         umklapp,
     })
-}
-
-fn refuse<T>(option: &'static str, expected: &str, found: impl std::fmt::Display) -> Result<T> {
-    Err(Error::request(option, expected, found))
 }

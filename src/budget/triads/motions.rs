@@ -5,14 +5,14 @@ use std::sync::Arc;
 use column_fft::{RealToComplex, rows};
 use num_complex::Complex;
 
+use super::QuadraticLaw;
 use super::kernel::{Components, Grid};
-use super::{QuadraticLaw, refuse};
 use crate::budget::contacts::{ContactState, Contacts};
 use crate::budget::motion::Motion;
 use crate::budget::tendency::forward;
 use crate::budget::wavenumber::dot;
 use crate::chain::{Chain, Ends, Law};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::transform::fold;
 
 /// Masses and coefficients that differ by less are equal.
@@ -48,7 +48,11 @@ impl<'a> QuadraticChain<'a> {
         ] {
             if let Some(other) = all.find(|other| (**other - first).abs() > EQUAL * first) {
                 let expected = "equal masses and equal contacts, whose waves are sines";
-                return refuse(RUN, expected, format!("{what} {first} and {other}"));
+                return Err(Error::request(
+                    RUN,
+                    expected,
+                    format!("{what} {first} and {other}"),
+                ));
             }
         }
         let (linear, quadratic) = expansion(chain, coefficient)?;
@@ -58,9 +62,7 @@ impl<'a> QuadraticChain<'a> {
         } else {
             2 * (sites + 1)
         };
-        if points < 3 {
-            return refuse(RUN, "three or more", sites);
-        }
+        Error::require(points >= 3, RUN, "three or more", sites)?;
         Ok(QuadraticChain {
             contacts: Contacts::of(motion),
             motion: *motion,
@@ -108,19 +110,19 @@ fn expansion(chain: &Chain, coefficient: f64) -> Result<(f64, f64)> {
         let expected =
             "one law for all contacts, by which the quadratic term is the same everywhere";
         let found = "several laws, springs to the ground or resonators";
-        return refuse(RUN, expected, found);
+        return Err(Error::request(RUN, expected, found));
     };
     let d0 = law.static_overlap(coefficient, chain.precompression);
     match law.quadratic(coefficient, d0) {
         Some(quadratic) if quadratic != 0.0 => Ok((law.stiffness(coefficient, d0, 0.0), quadratic)),
-        found => refuse(
+        found => Err(Error::request(
             RUN,
             "contacts with a quadratic term about their static state: precompressed ones, or springs with alpha",
             match found {
                 None => "contacts that just touch, whose force has no expansion in powers",
                 Some(_) => "a force without one, so that no triads exchange energy",
             },
-        ),
+        )),
     }
 }
 

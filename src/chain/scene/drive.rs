@@ -3,7 +3,7 @@
 use super::check::Check;
 use super::{DriveTyped, EndsTyped, Units, WaveformTyped};
 use crate::chain::{Drive, Waveform};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Parts of a time between values, in units of their median: a longer one is a gap.
 const GAP: f64 = 20.0;
@@ -71,36 +71,40 @@ fn waveform(check: Check, typed: DriveTyped) -> Result<(Waveform, String)> {
         (Units::Si, DriveTyped::Wall | DriveTyped::Displacement) => [" m", " Hz", " s"],
         (Units::Si, _) => [" m/s", " Hz", " s"],
     };
-    let of_size = format!("of amplitude {amplitude}{unit}");
-    let need = |key: &str, typed: Option<f64>| check.need(key, typed, "it beside this waveform");
-    let frequency = || need("drive_frequency", scene.drive_frequency.map(|m| m.value));
-    let duration = || need("drive_duration", scene.drive_duration.map(|m| m.value));
-    Ok(match kind {
+    let [frequency, end, duration] = [
+        scene.drive_frequency.map(|m| m.value),
+        scene.drive_end_frequency.map(|m| m.value),
+        scene.drive_duration.map(|m| m.value),
+    ];
+    let name = toml::Value::try_from(kind).ok();
+    let name = name
+        .as_ref()
+        .and_then(toml::Value::as_str)
+        .unwrap_or_default();
+    let mut about = format!("{name} of amplitude {amplitude}{unit}");
+    let mut take = |key: &str, typed: Option<f64>, unit: &str| {
+        let value = check.need(key, typed, "it beside this waveform")?;
+        let name = key.trim_start_matches("drive_").replace('_', " ");
+        about += &format!(", {name} {value}{unit}");
+        Ok::<f64, Error>(value)
+    };
+    let waveform = match kind {
         WaveformTyped::Sine => {
-            let frequency = frequency()?;
-            let about = format!("sine {of_size} and frequency {frequency}{hertz}");
-            (Waveform::sine(amplitude, frequency), about)
+            Waveform::sine(amplitude, take("drive_frequency", frequency, hertz)?)
         }
         WaveformTyped::HalfSine => {
-            let duration = duration()?;
-            let about = format!("half-sine {of_size} and duration {duration}{seconds}");
-            (Waveform::half_sine(amplitude, duration), about)
+            Waveform::half_sine(amplitude, take("drive_duration", duration, seconds)?)
         }
         WaveformTyped::ToneBurst => {
-            let frequency = frequency()?;
-            let cycles = need("drive_cycles", scene.drive_cycles)?;
-            let about = format!(
-                "{cycles} cycles {of_size} and frequency {frequency}{hertz} under Hann's window"
-            );
-            (Waveform::tone_burst(amplitude, frequency, cycles), about)
+            let frequency = take("drive_frequency", frequency, hertz)?;
+            let cycles = take("drive_cycles", scene.drive_cycles, "")?;
+            Waveform::tone_burst(amplitude, frequency, cycles)
         }
         WaveformTyped::Chirp => {
-            let to = scene.drive_end_frequency.map(|m| m.value);
-            let (from, to) = (frequency()?, need("drive_end_frequency", to)?);
-            let duration = duration()?;
-            let about =
-                format!("chirp {of_size} from {from} to {to}{hertz} in {duration}{seconds}");
-            (Waveform::chirp(amplitude, [from, to], duration), about)
+            let from = take("drive_frequency", frequency, hertz)?;
+            let to = take("drive_end_frequency", end, hertz)?;
+            let duration = take("drive_duration", duration, seconds)?;
+            Waveform::chirp(amplitude, [from, to], duration)
         }
         WaveformTyped::Noise => {
             let key = "drive_band";
@@ -113,20 +117,18 @@ fn waveform(check: Check, typed: DriveTyped) -> Result<(Waveform, String)> {
                 let expected = "a lowest frequency and a higher one";
                 return Err(check.fault(key, expected, format!("{low}, {high}")));
             }
-            let (duration, until) = match scene.drive_duration.map(|m| m.value) {
-                None => (f64::INFINITY, String::new()),
-                Some(duration) => (duration, format!(" up to {duration}{seconds}")),
-            };
             let seed = scene.drive_seed.or(scene.seed).unwrap_or(0);
-            let about =
-                format!("noise of {amplitude}{unit} rms from {low} to {high}{hertz}{until}");
-            (
-                Waveform::noise(amplitude, [low, high], seed, duration),
-                about,
+            about += &format!(" (root mean square), band {low} to {high}{hertz}");
+            Waveform::noise(
+                amplitude,
+                [low, high],
+                seed,
+                duration.unwrap_or(f64::INFINITY),
             )
         }
-        WaveformTyped::Values => values(check, amplitude, seconds)?,
-    })
+        WaveformTyped::Values => return values(check, amplitude, seconds),
+    };
+    Ok((waveform, about))
 }
 
 /// The spline through typed values.

@@ -133,7 +133,6 @@ pub struct Scene {
 
     /// Masses alternate between 1 and this, the striker's first.
     #[schemars(extend("x-group" = "Masses (kg in an SI scene)"), extend("examples" = [2.0]), extend("exclusiveMinimum" = 0.0))]
-    #[schemars()]
     pub mass_ratio: Option<f64>,
     /// Masses repeated along the chain from the striker on [default: 1, or those of the bodies].
     #[schemars(extend("examples" = [[1.0, 2.0]]), extend("exclusiveMinimum" = 0.0))]
@@ -344,7 +343,6 @@ pub struct Scene {
 
     /// Largest error of any site's velocity at any sample, relative to the impact velocity.
     #[schemars(extend("x-group" = "Stepping"), extend("default" = 1e-9), extend("exclusiveMinimum" = 0.0), extend("exclusiveMaximum" = 1.0))]
-    #[schemars()]
     pub tolerance: Option<f64>,
     /// Method of stepping [default: nystrom, or runge-kutta for a chain with losses].
     #[schemars(extend("examples" = ["nystrom"]))]
@@ -360,7 +358,6 @@ pub struct Scene {
     /// End of the run, in s in an SI scene, or `auto`: when the front reaches the last site, which is
     /// before the force at a wall behind it peaks.
     #[schemars(extend("x-group" = "What is kept"), extend("default" = "auto"), extend("exclusiveMinimum" = 0.0))]
-    #[schemars()]
     pub end_time: Option<EndTimeTyped>,
     /// Number of samples, uniform from 0 to the end, both included.
     #[schemars(extend("default" = 1024), extend("minimum" = 2.0))]

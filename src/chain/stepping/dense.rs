@@ -1,24 +1,24 @@
 //! States between steps, which change no step.
 //!
-//! Between the last two nodes of three, positions, velocities and the energy that contacts have
-//! passed on follow [`super::hermite`]. At one time of each step that holds samples the forces there
-//! tell by how much the rates of these interpolants are off. Where that is more than the tolerance
-//! allows, and beside contacts that open or close inside the step, where no polynomial follows the
+//! Between the last two nodes of three, positions and velocities follow [`super::hermite`]. At one time of each step
+//! that holds samples the forces there tell by how much the rates of these interpolants are off. Where that is more than
+//! the tolerance allows, and beside contacts that open or close inside the step, where no polynomial follows the
 //! motion, a step of the method itself leads from the step's start to each sample. It is made of as
 //! many places only as its stages reach, so that its bits are those of the whole chain.
 
 use std::ops::Range;
 
+use super::super::lattice::Losses;
 use super::super::law::Kernel;
 use super::driver::Driver;
-use super::hermite::Nodes;
+use super::hermite::{Nodes, Weights};
 use super::islands::Island;
-use super::pair::{PairStep, Span};
-use super::rates::{Blend, Defects, Derive, NodeRows, Press, Rates};
+use super::pair::{PairStep, Span, press_placed, push};
+use super::stage::Damp;
 use super::system::State;
 use super::{Mark, Stepping};
 use crate::Result;
-use crate::numeric::lanes::{WIDTH, widest};
+use crate::numeric::lanes::{AlignedRow, Lanes, SimdKernel, WIDTH, widest};
 use crate::observer::Observer;
 
 /// The largest estimated error of an interpolant, in units of the tolerance of a step, of which runs have
@@ -45,13 +45,19 @@ struct Inside {
     patches: Vec<Patch>,
 }
 
+/// Derivatives of each place at a node, and the survey of whose islands they are.
+#[derive(Debug)]
+struct Rates {
+    acceleration: AlignedRow,
+    jerk: AlignedRow,
+    survey: Option<u64>,
+}
+
 /// Nodes, and scratch for states between them.
 #[derive(Debug)]
 pub(super) struct Dense {
-    /// Blocks of which samples are wanted, in order.
-    wanted: Vec<Range<usize>>,
     /// The state at the start of the last step; that before it is where the next step will be.
-    pub(super) start: State,
+    start: State,
     /// When these were; there is none before the first step.
     from: f64,
     before: Option<f64>,
@@ -61,15 +67,97 @@ pub(super) struct Dense {
     patch: State,
     /// Contacts that open or close inside the last step.
     pub(super) opened: Vec<usize>,
-    largest: Vec<[f64; 2]>,
+    /// Zeros; forces, their rates, and what is of no use.
+    scratch: [AlignedRow; 4],
+}
+
+/// The last step of an island along polynomials between three nodes.
+#[derive(Clone, Copy)]
+struct Course<'a> {
+    island: &'a Island,
+    /// The state before the step, at its start, and at its end.
+    states: [&'a State; 3],
+    rates: &'a [Rates; 3],
+    weights: &'a Weights,
+}
+
+impl Course<'_> {
+    /// Displacements, velocities, accelerations and rates of these of a block at the nodes, and what is above 0 where a force acts.
+    #[inline(always)]
+    fn at<L: Lanes>(&self, b: usize) -> ([[L; 3]; 4], L) {
+        let (states, rates) = (self.states, self.rates.each_ref());
+        let [x, v]: [[L; 3]; 2] = [
+            three(states.map(|at| &at.x), b),
+            three(states.map(|at| &at.v), b),
+        ];
+        let a: [L; 3] = three(rates.map(|at| &at.acceleration), b);
+        let jerk: [L; 3] = three(rates.map(|at| &at.jerk), b);
+        let pushed = a[1].abs() + a[2].abs() + (v[2] - v[1]).abs();
+        ([x, v, a, jerk], pushed)
+    }
+}
+
+#[inline(always)]
+fn three<L: Lanes>(rows: [&AlignedRow; 3], b: usize) -> [L; 3] {
+    rows.map(
+        #[inline(always)]
+        |row| L::load(&row.0[b]),
+    )
+}
+
+/// Positions and velocities; in flight those of the flight.
+struct Blend<'a> {
+    course: Course<'a>,
+    to: &'a mut State,
+}
+
+impl SimdKernel for Blend<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let weights = self.course.weights;
+        let dt = L::splat(weights.dt);
+        for b in self.course.island.blocks.clone() {
+            let ([x, v, a, jerk], pushed) = self.course.at::<L>(b);
+            let at = weights.value(x, v, a);
+            let at = pushed.choose(at, x[1] + dt * v[1]);
+            at.store(&mut self.to.x.0[b]);
+            let speed = pushed.choose(weights.value(v, a, jerk), v[1]);
+            speed.store(&mut self.to.v.0[b]);
+        }
+    }
+}
+
+/// By how much the rates of the velocities are off accelerations; the latter are replaced.
+struct Defects<'a> {
+    course: Course<'a>,
+    acceleration: &'a mut AlignedRow,
+}
+
+impl SimdKernel for Defects<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for b in self.course.island.blocks.clone() {
+            let ([_, v, a, jerk], pushed) = self.course.at::<L>(b);
+            let acceleration = &mut self.acceleration.0[b];
+            let off = (L::load(acceleration) - self.course.weights.rate(v, a, jerk)).abs();
+            pushed.choose(off, L::splat(0.0)).store(acceleration);
+        }
+    }
 }
 
 impl Dense {
-    pub(super) fn new(time: f64, state: &State, wanted: &[Range<usize>]) -> Dense {
-        let places = state.x.len();
-        let rates = || Rates::new(places, !state.passed.is_empty());
+    pub(super) fn new(time: f64, state: &State) -> Dense {
+        let row = || AlignedRow::zeros(state.x.len());
+        let rates = || Rates {
+            acceleration: row(),
+            jerk: row(),
+            survey: None,
+        };
         Dense {
-            wanted: blocks_of(wanted),
             start: state.clone(),
             from: time,
             before: None,
@@ -78,7 +166,7 @@ impl Dense {
             sample: state.clone(),
             patch: state.clone(),
             opened: Vec::new(),
-            largest: Vec::new(),
+            scratch: [row(), row(), row(), row()],
         }
     }
 
@@ -94,7 +182,7 @@ impl Dense {
 }
 
 impl<K: Kernel> Driver<K> {
-    /// Finds the state at time t inside the last step.
+    /// Finds displacements and velocities at time t inside the last step.
     pub(super) fn find_inside(&mut self, t: f64, observer: &dyn Observer) -> Result<()> {
         let Some(mut taken) = self.dense.take() else {
             return self.advance_to(t, observer);
@@ -106,29 +194,29 @@ impl<K: Kernel> Driver<K> {
         };
         let from = dense.from;
         let (start, sample, patch) = (&dense.start, &mut dense.sample, &mut dense.patch);
-        self.leave_alone(t - from, &dense.wanted, start, sample);
+        for s in self.islands.gaps.iter().cloned().flatten() {
+            (sample.x[s], sample.v[s]) = (start.x[s] + (t - from) * start.v[s], start.v[s]);
+        }
         if let Some(nodes) = &inside.nodes {
             let weights = nodes.at(t, false);
-            let islands = self.islands.active.iter();
-            for blocks in
-                islands.flat_map(|island| common(dense.wanted.iter().cloned(), &island.blocks))
-            {
-                widest(Blend {
-                    island: &Island::part(blocks),
-                    nodes: NodeRows {
-                        states: [&self.next, start, &self.state],
-                        rates: dense.rates.each_ref(),
-                    },
+            for island in &self.islands.active {
+                let course = Course {
+                    island,
+                    states: [&self.next, start, &self.state],
+                    rates: &dense.rates,
                     weights: &weights,
-                    to: sample,
-                });
+                };
+                let to = &mut *sample;
+                widest(Blend { course, to });
             }
         }
         let mut well = true;
         for part in &inside.patches {
             well &= self.step_inside(&part.island, &part.places, [from, t], start, patch);
-            let places = part.places.iter();
-            places.for_each(|places| copy(patch, sample, places));
+            for places in part.places.iter().cloned() {
+                sample.x[places.clone()].copy_from_slice(&patch.x[places.clone()]);
+                sample.v[places.clone()].copy_from_slice(&patch.v[places]);
+            }
         }
         self.system.place(t, &mut sample.x, &mut sample.v);
         dense.inside = Some(inside);
@@ -139,116 +227,107 @@ impl<K: Kernel> Driver<K> {
         Ok(())
     }
 
-    /// Flights, and what outside the islands stays as it was.
-    fn leave_alone(&self, dt: f64, wanted: &[Range<usize>], start: &State, sample: &mut State) {
-        for gap in &self.islands.gaps {
-            for gap in common(wanted.iter().map(places_of), gap) {
-                let (x, v) = (&start.x[gap.clone()], &start.v[gap.clone()]);
-                for ((to, x), v) in sample.x[gap.clone()].iter_mut().zip(x).zip(v) {
-                    *to = x + dt * v;
-                }
-                sample.v[gap.clone()].copy_from_slice(v);
-                if !start.lost.is_empty() {
-                    sample.lost[gap.clone()].copy_from_slice(&start.lost[gap.clone()]);
-                }
-            }
-        }
-        let moved = self.islands.at_rest.min(sample.force.len());
-        for shut in self.islands.shut(moved) {
-            for shut in common(wanted.iter().map(places_of), &shut) {
-                sample.force[shut.clone()].fill(0.0);
-                if !start.passed.is_empty() {
-                    sample.passed[shut.clone()].copy_from_slice(&start.passed[shut]);
-                }
-            }
-        }
+    /// Forces of the contacts of an island, and their rates where `tangent` is 1: damping by the tangent is the rate of the force,
+    /// to which it is added.
+    fn press(
+        &self,
+        (island, tangent): (&Island, f64),
+        [x, v]: [&AlignedRow; 2],
+        [force, damping, pull]: [&mut AlignedRow; 3],
+    ) {
+        let losses = Losses {
+            tangent,
+            ..Losses::default()
+        };
+        widest(Damp {
+            system: &self.system,
+            losses: &losses,
+            island,
+            x,
+            v,
+            force,
+            damping,
+            pull,
+        });
     }
 
-    /// Forces at the positions of a sample.
-    fn press_inside(&self, sample: &mut State, t: f64) {
-        let State { x, v, force, .. } = sample;
-        for island in &self.islands.active {
-            widest(Press {
-                system: &self.system,
-                island,
-                x,
-                force,
-            });
-        }
-        super::pair::press_placed(&self.system, t, [x, v], force);
+    /// Accelerations by contacts of these forces, or rates of them by rates of the forces.
+    fn accelerate(
+        &self,
+        island: &Island,
+        rest: &AlignedRow,
+        force: &AlignedRow,
+        out: &mut AlignedRow,
+    ) {
+        let rows = [std::slice::from_ref(force), &[]];
+        let weights = (&vec![(0, 1.0)], 1.0);
+        push(&self.system, island, rest, None, weights, rows, out);
     }
 
     /// Where polynomials follow the last step, and where not.
-    fn ways_inside(&mut self, dense: &mut Dense) -> Inside {
+    fn ways_inside(&self, dense: &mut Dense) -> Inside {
         let from = dense.from;
         let Some(before) = dense.before.filter(|_| !self.system.has_pulls()) else {
             return self.stepped();
         };
-        let (sample, largest) = (&mut dense.sample, &mut dense.largest);
+        let (sample, [rest, force, rate, pull]) = (&mut dense.sample, &mut dense.scratch);
         let states = [&self.next, &dense.start, &self.state];
         for (state, rates) in states.into_iter().zip(&mut dense.rates) {
             if rates.survey == Some(self.surveys) {
                 continue;
             }
             for island in &self.islands.active {
-                widest(Derive {
-                    system: &self.system,
-                    island,
-                    state,
-                    rates,
-                });
+                self.press((island, 1.0), [&state.x, &state.v], [force, rate, pull]);
+                self.accelerate(island, rest, &state.force, &mut rates.acceleration);
+                self.accelerate(island, rest, rate, &mut rates.jerk);
             }
             rates.survey = Some(self.surveys);
         }
         let times = Nodes::new([before, from, self.time]);
         let (checked, ratio) = times.check();
         let weights = times.at(checked, true);
-        let nodes = NodeRows {
+        let course = |island| Course {
+            island,
             states,
-            rates: dense.rates.each_ref(),
+            rates: &dense.rates,
+            weights: &weights,
         };
-        let allowed = [1.0, self.energy_scale].map(|unit| SHARE * self.tolerance() * unit / ratio);
+        for island in &self.islands.active {
+            let (course, to) = (course(island), &mut *sample);
+            widest(Blend { course, to });
+        }
+        self.system.place(checked, &mut sample.x, &mut sample.v);
         let opened = dense.opened.iter();
         let mut doubtful: Vec<Range<usize>> = opened
             .map(|s| s.saturating_sub(BESIDE)..s + BESIDE)
             .collect();
-        for island in &self.islands.active {
-            widest(Blend {
-                island,
-                nodes,
-                weights: &weights,
-                to: sample,
-            });
-        }
-        self.system.place(checked, &mut sample.x, &mut sample.v);
         if from < self.drive_ends {
             // What drives the first site has no polynomial.
             doubtful.push(0..WIDTH);
         }
-        self.press_inside(sample, checked);
         for island in &self.islands.active {
-            largest.clear();
-            widest(Defects {
-                system: &self.system,
-                island,
-                nodes,
-                weights: &weights,
-                at: sample,
-                largest,
-            });
-            for (b, off) in island.blocks.clone().zip(largest.iter()) {
-                let follows = off
-                    .iter()
-                    .zip(allowed)
-                    .all(|(off, allowed)| *off <= allowed);
-                if !follows {
-                    doubtful.push(WIDTH * b..WIDTH * (b + 1));
-                }
-            }
+            let at = [&sample.x, &sample.v];
+            self.press((island, 0.0), at, [&mut sample.force, rate, pull]);
         }
-        let wanted = dense.wanted.iter();
-        let wanted = |places: &Range<usize>| common(wanted.clone().map(places_of), places).next();
-        doubtful.retain(|places| wanted(places).is_some());
+        press_placed(
+            &self.system,
+            checked,
+            [&sample.x, &sample.v],
+            &mut sample.force,
+        );
+        let allowed = SHARE * self.tolerance() / ratio;
+        for island in &self.islands.active {
+            let off = &mut *rate;
+            self.accelerate(island, rest, &sample.force, off);
+            widest(Defects {
+                course: course(island),
+                acceleration: off,
+            });
+            let blocks = island.blocks.clone().map(|b| WIDTH * b..WIDTH * (b + 1));
+            let follows =
+                |places: &Range<usize>| off[places.clone()].iter().all(|off| *off <= allowed);
+            doubtful.extend(blocks.filter(|places| !follows(places)));
+        }
         if self.system.periodic && !doubtful.is_empty() {
             return self.stepped();
         }
@@ -351,47 +430,5 @@ impl<K: Kernel> Driver<K> {
         (self.next, self.islands) = (next, islands);
         (self.surveyed, self.cost) = (surveyed, cost);
         landed
-    }
-}
-
-/// The blocks that hold these places.
-fn blocks_of(wanted: &[Range<usize>]) -> Vec<Range<usize>> {
-    let mut blocks: Vec<Range<usize>> = Vec::new();
-    for places in wanted {
-        let of = places.start / WIDTH..places.end.div_ceil(WIDTH);
-        match blocks.last_mut() {
-            Some(last) if of.start <= last.end => last.end = last.end.max(of.end),
-            _ => blocks.push(of),
-        }
-    }
-    blocks
-}
-
-fn places_of(blocks: &Range<usize>) -> Range<usize> {
-    WIDTH * blocks.start..WIDTH * blocks.end
-}
-
-/// What a range has in common with each of others.
-fn common<'a>(
-    ranges: impl Iterator<Item = Range<usize>> + 'a,
-    with: &Range<usize>,
-) -> impl Iterator<Item = Range<usize>> + 'a {
-    let with = with.clone();
-    let both = move |range: Range<usize>| range.start.max(with.start)..range.end.min(with.end);
-    ranges.map(both).filter(|range| !range.is_empty())
-}
-
-/// Copies places and the contacts on their left.
-fn copy(from: &State, to: &mut State, places: &Range<usize>) {
-    for (from, to) in [
-        (&from.x, &mut to.x),
-        (&from.v, &mut to.v),
-        (&from.force, &mut to.force),
-        (&from.passed, &mut to.passed),
-        (&from.lost, &mut to.lost),
-    ] {
-        if !to.is_empty() {
-            to[places.clone()].copy_from_slice(&from[places.clone()]);
-        }
     }
 }

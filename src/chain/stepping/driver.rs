@@ -6,9 +6,9 @@ use super::events::{Crosses, StepEnds};
 use super::islands::Islands;
 use super::pair::press_placed;
 use super::pair::{PairStep, Span, StepOutcome, StepScratch};
-use super::system::{FIRST_CONTACT, State, System};
+use super::system::{FIRST_CONTACT, FIRST_SITE, State, System};
 use super::tableau::Tableau;
-use super::{Cost, Mark, Samples, StepControl, Stepping, Task};
+use super::{Cost, Mark, StepControl, Stepping, Task};
 use crate::chain::drive::Drive;
 use crate::chain::lattice::{Chain, Contact, refuse};
 use crate::chain::law::Kernel;
@@ -60,8 +60,6 @@ pub(super) struct Driver<K> {
     pub(super) islands: Islands,
     pub(super) control: StepControl,
     energy: bool,
-    /// What energies are compared with.
-    pub(super) energy_scale: f64,
     pub(super) time: f64,
     pub(super) step: f64,
     /// Until when the islands hold, and their number.
@@ -106,7 +104,6 @@ impl<K: Kernel> Driver<K> {
                 1e-3 * contact.min(period).min(1.0 / chain.fastest_resonator())
             }
         };
-        let lightest = chain.mass.iter().copied().fold(f64::INFINITY, f64::min);
         let lossy_or_pushed = system.has_pulls();
         let mut driver = Driver {
             drive: drive.clone(),
@@ -115,7 +112,6 @@ impl<K: Kernel> Driver<K> {
             islands: Islands::new(task.simulation.window, ahead),
             control: task.control,
             energy: task.energy,
-            energy_scale: task.velocity_scale * lightest,
             time: 0.0,
             step,
             surveyed: f64::NEG_INFINITY,
@@ -281,23 +277,17 @@ impl<K: Kernel> Driver<K> {
     fn lost(&self) -> Error {
         let overlap = |s: usize| self.system.overlap(s, &self.state.x);
         let by = |a: &usize, b: &usize| overlap(*a).abs().total_cmp(&overlap(*b).abs());
-        let found = match self.system.contacts.clone().max_by(by) {
-            Some(0 | 1) => format!(
-                "the contact with the first wall at the overlap {:e}",
-                overlap(1)
-            ),
-            Some(s) => format!(
-                "contact {} at the overlap {:e}",
-                s - FIRST_CONTACT,
-                overlap(s)
-            ),
-            None => "another".into(),
-        };
-        let expected = "motion that steps of finite length can follow";
+        let farthest = self.system.contacts.clone().max_by(by).unwrap_or(0);
+        let found = format!(
+            "the contact before body {} at the overlap {:e} at time {:e}",
+            farthest.saturating_sub(FIRST_SITE),
+            overlap(farthest.max(1)),
+            self.time
+        );
         refuse(
             "tolerance",
-            expected,
-            format!("{found} at time {:e}", self.time),
+            "motion that steps of finite length can follow",
+            found,
         )
     }
 
@@ -401,26 +391,26 @@ impl<K: Kernel> Stepping for Driver<K> {
 
     fn advance_through(
         &mut self,
-        samples: Samples,
+        times: &[f64],
         observer: &dyn Observer,
-        visit: &mut dyn FnMut(usize, &State),
+        visit: &mut dyn FnMut(f64, &State),
     ) -> Result<()> {
         let lands = matches!(self.control, StepControl::Fixed(_));
-        let end = samples.times.last().copied().unwrap_or(self.time);
+        let end = times.last().copied().unwrap_or(self.time);
         if !lands {
-            self.dense = Some(Box::new(Dense::new(self.time, &self.state, samples.places)));
+            self.dense = Some(Box::new(Dense::new(self.time, &self.state)));
         }
-        for (sample, &t) in samples.times.iter().enumerate() {
+        for &t in times {
             while self.time < t {
                 self.step_towards(if lands { t } else { end }, observer)?;
             }
             if self.time == t {
-                visit(sample, &self.state);
+                visit(t, &self.state);
                 continue;
             }
             self.find_inside(t, observer)?;
             if let Some(dense) = &self.dense {
-                visit(sample, &dense.sample);
+                visit(t, &dense.sample);
             }
         }
         self.dense = None;

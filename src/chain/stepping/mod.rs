@@ -10,13 +10,10 @@ mod hermite;
 mod islands;
 mod pair;
 mod quadrature;
-mod rates;
 mod resolved;
 mod stage;
 mod system;
 mod tableau;
-
-use std::ops::Range;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -34,7 +31,7 @@ pub(crate) use driver::{Extreme, contact_time, stopping_time};
 pub use islands::SteppedSites;
 pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State, first_contact};
 use system::{System, resonator_place};
-pub(crate) use tableau::{MOST_STAGES, Tableau, Weights};
+pub(crate) use tableau::{MOST_STAGES, Tableau, Weights, integral_of_lagrange};
 use tableau::{SYMPLECTIC_4, SYMPLECTIC_6, VERLET};
 
 /// An integration method.
@@ -111,16 +108,6 @@ pub struct Cost {
     pub corrected_contacts: u64,
 }
 
-/// Times at which states are wanted.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Samples<'a> {
-    /// Rising, none before the present.
-    pub(crate) times: &'a [f64],
-    /// The places whose positions, velocities and energies passed on their left are wanted, in order. At
-    /// the others nothing is found.
-    pub(crate) places: &'a [Range<usize>],
-}
-
 /// A chain during integration.
 pub(crate) trait Stepping {
     /// Makes one step towards this time, beyond which it does not go; returns where it ends.
@@ -136,16 +123,16 @@ pub(crate) trait Stepping {
     /// As [`Stepping::step_towards`].
     fn advance_to(&mut self, time: f64, observer: &dyn Observer) -> Result<()>;
 
-    /// Shows the states at these times, without forces. Steps that adapt to the error lead to the last time as if
-    /// there were no other; fixed steps end at each.
+    /// Shows displacements and velocities at these times, rising from the present. Steps that adapt to the error lead to the last
+    /// time as if there were no other; fixed steps end at each.
     ///
     /// # Errors
     /// As [`Stepping::step_towards`].
     fn advance_through(
         &mut self,
-        samples: Samples,
+        times: &[f64],
         observer: &dyn Observer,
-        visit: &mut dyn FnMut(usize, &State),
+        visit: &mut dyn FnMut(f64, &State),
     ) -> Result<()>;
 
     /// The state, with a ghost place at each end.

@@ -277,6 +277,7 @@ fn damp<K: Kernel>(
 ) {
     widest(stage::Damp {
         system,
+        losses: &system.losses,
         island,
         x,
         v,

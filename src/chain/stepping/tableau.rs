@@ -420,7 +420,7 @@ fn weights(row: impl Iterator<Item = f64>) -> Weights {
 }
 
 /// Integral from 0 to `end` of the polynomial that is 1 at `c[one]`, 0 at the other nodes.
-fn integral_of_lagrange(c: &[f64], nodes: &[usize], one: usize, end: f64) -> f64 {
+pub(crate) fn integral_of_lagrange(c: &[f64], nodes: &[usize], one: usize, end: f64) -> f64 {
     let mut power = vec![1.0];
     let mut scale = 1.0;
     for &j in nodes.iter().filter(|&&j| j != one) {

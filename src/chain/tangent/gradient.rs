@@ -1,8 +1,8 @@
 //! The derivatives of a run's samples.
 
-use ndarray::Array3;
+use ndarray::{Array3, Axis};
 
-use super::{Direction, Tangents};
+use super::Direction;
 use crate::chain::lattice::refuse;
 use crate::chain::simulation::{Accuracy, Simulation};
 use crate::error::{Error, Result};
@@ -54,37 +54,39 @@ impl Simulation {
         times: &[f64],
         observer: &dyn Observer,
     ) -> Result<Gradient> {
-        let local = match self.accuracy {
-            Accuracy::Tolerance(tolerance) => self.local_error_for(tolerance),
-            Accuracy::LocalError(local) => local,
-            Accuracy::Step(_) => {
-                let expected = "a scheme that chooses its steps, `nystrom` or `runge-kutta`";
-                return Err(refuse("gradient", expected, "fixed steps"));
-            }
-        };
+        let local = self.local_error("gradient")?;
         let shape = (directions.len(), times.len(), self.chain.n_sites());
         let needed = 6 * 8 * (shape.0 * shape.1 * shape.2) as u64;
         Error::beyond_memory("the gradient", needed, self.allowed_memory())?;
         let at = |local: f64| self.tangents(directions, times, local, observer);
         let (fine, coarse) = rayon::join(|| at(local), || at(COARSER * local));
-        let (fine, coarse) = (fine?, coarse?);
+        let ([displacement, velocity], [_, coarse]) = (fine?, coarse?);
         let error = |p: usize| {
             let [mut off, mut largest] = [0.0f64; 2];
-            for (a, b) in fine.iter().zip(&coarse) {
-                for (a, b) in a.velocity[p].iter().zip(&b.velocity[p]) {
-                    (off, largest) = (off.max((a - b).abs()), largest.max(a.abs()));
-                }
+            let [fine, coarse] = [&velocity, &coarse].map(|of| of.index_axis(Axis(0), p));
+            for (a, b) in fine.iter().zip(coarse) {
+                (off, largest) = (off.max((a - b).abs()), largest.max(a.abs()));
             }
             (2.0 * off / largest.max(f64::MIN_POSITIVE)).max(LEAST)
         };
-        let array = |of: fn(&Tangents) -> &Vec<Vec<f64>>| {
-            Array3::from_shape_fn(shape, |(p, time, site)| of(&fine[time])[p][site])
-        };
+        let error = (0..directions.len()).map(error).collect();
         Ok(Gradient {
             parameters,
-            displacement: array(|at| &at.displacement),
-            velocity: array(|at| &at.velocity),
-            error: (0..directions.len()).map(error).collect(),
+            displacement,
+            velocity,
+            error,
         })
+    }
+
+    /// That of the run along which derivatives are found, which `option` asks for.
+    pub(super) fn local_error(&self, option: &'static str) -> Result<f64> {
+        match self.accuracy {
+            Accuracy::Tolerance(tolerance) => Ok(self.local_error_for(tolerance)),
+            Accuracy::LocalError(local) => Ok(local),
+            Accuracy::Step(_) => {
+                let expected = "a scheme that chooses its steps, `nystrom` or `runge-kutta`";
+                Err(refuse(option, expected, "fixed steps"))
+            }
+        }
     }
 }

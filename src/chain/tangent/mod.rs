@@ -15,14 +15,17 @@
 
 mod direction;
 mod gradient;
+mod lyapunov;
 mod rates;
 
 use std::ops::Range;
 
+use ndarray::{Array3, Axis};
 use rayon::prelude::*;
 
 pub use direction::Direction;
 pub use gradient::Gradient;
+pub use lyapunov::Lyapunov;
 use rates::{Active, Motion, Rates};
 
 use super::simulation::Simulation;
@@ -44,16 +47,8 @@ const NEAR: f64 = 8.0;
 /// Steps of an interval, beyond which the local error is taken as it is.
 const MOST_STEPS: usize = 200;
 
-/// Derivatives at one time.
-#[derive(Debug, Clone, Default)]
-pub struct Tangents {
-    /// Of displacements and velocities, parameter by parameter, site by site.
-    pub displacement: Vec<Vec<f64>>,
-    pub velocity: Vec<Vec<f64>>,
-}
-
 impl Simulation {
-    /// Derivatives of displacements and velocities at rising times, along a run of this local error.
+    /// Derivatives of displacements and velocities, `(parameter, time, site)`, at rising times, along a run of this local error.
     ///
     /// Eight directions share one pass; passes go to the threads of the current pool.
     ///
@@ -65,33 +60,32 @@ impl Simulation {
         times: &[f64],
         local_error: f64,
         observer: &dyn Observer,
-    ) -> Result<Vec<Tangents>> {
+    ) -> Result<[Array3<f64>; 2]> {
         self.check()?;
-        let n = self.chain.n_sites();
-        let passes: Result<Vec<Vec<Tangents>>> = directions
-            .par_chunks(WIDTH)
-            .map(|directions| {
-                let mut rows = Vec::with_capacity(times.len());
-                self.pass(directions, times, local_error, observer, &mut |at| {
-                    let of = |i: usize, p: usize| (0..n).map(|s| at.each[s][i].0[p]).collect();
-                    let all = |i: usize| (0..directions.len()).map(|p| of(i, p)).collect();
-                    rows.push(Tangents {
-                        displacement: all(0),
-                        velocity: all(1),
-                    });
-                })?;
-                Ok(rows)
-            })
-            .collect();
-        let mut all = vec![Tangents::default(); times.len()];
-        for (at, more) in passes?
-            .into_iter()
-            .flat_map(|pass| pass.into_iter().enumerate())
-        {
-            all[at].displacement.extend(more.displacement);
-            all[at].velocity.extend(more.velocity);
-        }
-        Ok(all)
+        let shape = |parameters: usize| (parameters, times.len(), self.chain.n_sites());
+        let one = |directions: &[Direction]| {
+            let mut found = [0, 1].map(|_| Array3::zeros(shape(directions.len())));
+            let mut time = 0;
+            self.pass(directions, times, local_error, observer, &mut |follower| {
+                for (i, found) in found.iter_mut().enumerate() {
+                    let mut row = found.index_axis_mut(Axis(1), time);
+                    let each = &follower.at.each;
+                    row.indexed_iter_mut()
+                        .for_each(|((p, s), to)| *to = each[s][i].0[p]);
+                }
+                time += 1;
+            })?;
+            Ok(found)
+        };
+        let passes: Result<Vec<_>> = directions.par_chunks(WIDTH).map(one).collect();
+        let passes = passes?;
+        Ok([0, 1].map(|i| {
+            let each: Vec<_> = passes
+                .iter()
+                .map(|pass: &[Array3<f64>; 2]| pass[i].view())
+                .collect();
+            ndarray::concatenate(Axis(0), &each).unwrap_or_else(|_| Array3::zeros(shape(0)))
+        }))
     }
 
     fn pass(
@@ -100,7 +94,7 @@ impl Simulation {
         times: &[f64],
         local_error: f64,
         observer: &dyn Observer,
-        visit: &mut dyn FnMut(&Motion),
+        visit: &mut dyn FnMut(&mut Follower),
     ) -> Result<()> {
         let (mut stepping, scale) = self.stepping(times, local_error, false)?;
         let mut follower = Follower::new(self, directions, [scale, local_error.powf(ESTIMATED)]);
@@ -112,7 +106,7 @@ impl Simulation {
                 follower.follow([t, next], &before.state, &*stepping);
                 t = next;
             }
-            visit(&follower.at);
+            visit(&mut follower);
         }
         Ok(())
     }
