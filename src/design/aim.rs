@@ -184,10 +184,8 @@ impl Limit {
         let refuse = |expected: String| Error::request("at-most", expected, text);
         let form = || "MEASURE=VALUE, such as total_mass=0.5".to_owned();
         let (name, value) = text.split_once('=').ok_or_else(|| refuse(form()))?;
-        let most: f64 = value.trim().parse().map_err(|_| refuse(form()))?;
-        if !most.is_finite() {
-            return Err(refuse(form()));
-        }
+        let most = value.trim().parse().ok().filter(|v: &f64| v.is_finite());
+        let most = most.ok_or_else(|| refuse(form()))?;
         let aim = Aim::parse(name).map_err(refuse)?;
         Ok(Limit { aim, most })
     }

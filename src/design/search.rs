@@ -69,7 +69,7 @@ pub(super) fn descend(start: &[f64], runs: usize, seed: u64, evaluate: Evaluate)
         let values = evaluate(&points)?;
         let best = least(&values);
         let mut descent = Descent::new(points[best].clone(), values[best]);
-        while left > 2 * n && descent.goes_on() {
+        while left > 2 * n && descent.idle < IDLE {
             left -= descent.step(left, &mut *evaluate)?;
         }
         if left <= 2 * n {
@@ -88,7 +88,9 @@ const DIFFERENCE: f64 = 1e-5;
 const WIDE: f64 = 1e-4;
 /// Steps that are tried at once, each half of the one before.
 const LENGTHS: usize = 10;
-/// Relative gain of a step below which a descent has ended.
+/// Steps in a row that gain little, after which a descent has ended.
+const IDLE: usize = 3;
+/// Relative gain of a step below which it is little.
 const GAIN: f64 = 1e-5;
 
 /// A point that moves downwards.
@@ -116,10 +118,6 @@ impl Descent {
             is_first: true,
             idle: 0,
         }
-    }
-
-    fn goes_on(&self) -> bool {
-        self.idle < 3
     }
 
     /// One step; returns its runs.

@@ -28,12 +28,10 @@ impl Free {
         let list = scene.typed_value(&name)?;
         let entries = list.as_ref().and_then(|list| list.as_array());
         let count = entries.map_or(0, Vec::len);
-        if count == 0 {
-            return Err(refuse(format!("a list of {name} in the scene"), text));
-        }
-        (0..count)
-            .map(|i| Free::of(&format!("{name}[{i}]{rest}"), scene))
-            .collect()
+        let expected = format!("a list of {name} in the scene");
+        Error::require(count > 0, "free", expected, text)?;
+        let entries = (0..count).map(|i| format!("{name}[{i}]{rest}"));
+        entries.map(|text| Free::of(&text, scene)).collect()
     }
 
     fn of(text: &str, scene: &SceneSource) -> Result<Free> {
@@ -42,13 +40,11 @@ impl Free {
             .filter(|(_, values)| values.contains('|'));
         let Some((name, values)) = listed else {
             let key = FreeKey::of(text, scene)?;
-            if key.bounds.iter().any(|end| !end.is_finite()) {
-                let expected = format!(
-                    "bounds of {0}, such as {0}=LOW..HIGH, or values {0}=A|B|C",
-                    key.name
-                );
-                return Err(refuse(expected, text));
-            }
+            let is_bounded = key.bounds.iter().all(|end| end.is_finite());
+            let name = &key.name;
+            let expected =
+                format!("bounds of {name}, such as {name}=LOW..HIGH, or values {name}=A|B|C");
+            Error::require(is_bounded, "free", expected, text)?;
             return Ok(Free { key, values: None });
         };
         let read: Option<Vec<(f64, &str)>> = values.split('|').map(quantity).collect();

@@ -86,13 +86,9 @@ pub struct Instruments {
 
 impl Instruments {
     fn check(&self) -> Result<()> {
-        match self.gain_error {
-            Some(error) if !(error > 0.0 && error.is_finite()) => {
-                let expected = "a share above 0, such as 2%";
-                Err(Error::request("gain-error", expected, error.to_string()))
-            }
-            _ => Ok(()),
-        }
+        let error = self.gain_error.unwrap_or(1.0);
+        let is_so = error > 0.0 && error.is_finite();
+        Error::require(is_so, "gain-error", "a share above 0, such as 2%", error)
     }
 
     /// What is fitted to records beside keys.

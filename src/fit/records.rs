@@ -50,10 +50,10 @@ impl Records {
         let (time, length, sample, units) = scales_of(field, setup.units)?;
         let (n, m) = (field.n_times(), field.n_sites());
         let bodies = match bodies {
-            Some(bodies) if bodies.len() == m => bodies.to_vec(),
             Some(bodies) => {
                 let expected = format!("{m} numbers, one for each site of the field");
-                return Err(Error::request("bodies", expected, bodies.len().to_string()));
+                Error::require(bodies.len() == m, "bodies", expected, bodies.len())?;
+                bodies.to_vec()
             }
             None => bodies_of(field, setup, length)?,
         };
