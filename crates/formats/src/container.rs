@@ -1,5 +1,6 @@
 //! A file as named arrays.
 
+use std::collections::HashMap;
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
@@ -468,6 +469,31 @@ impl Container {
         out.resize(len, 0);
         self.read(variable, &block, &mut out)?;
         Ok((sample, out))
+    }
+}
+
+/// Gives dimensions the coordinates of their name, in the group of the array or in one around it.
+pub(crate) fn assign_coordinates(variables: &mut [Variable]) {
+    let coordinate = |(i, v): (usize, &Variable)| {
+        let [d] = &v.dimensions[..] else { return None };
+        let is_one = d.name.is_some() && d.name.as_deref() == v.path.rsplit('/').next();
+        let is_one = is_one && v.sample_type.number().is_some();
+        is_one.then(|| (v.path.clone(), (i, d.len)))
+    };
+    let by_path = variables.iter().enumerate().filter_map(coordinate);
+    let by_path: HashMap<String, (usize, u64)> = by_path.collect();
+    for Variable {
+        path, dimensions, ..
+    } in variables
+    {
+        for d in dimensions {
+            let Some(name) = &d.name else { continue };
+            let groups = path.rmatch_indices('/').map(|(at, _)| at + 1).chain([0]);
+            let mut found =
+                groups.filter_map(|end| by_path.get(&format!("{}{name}", &path[..end])));
+            let found = found.find(|(_, len)| *len == d.len);
+            d.coordinate = found.map(|(i, _)| Coordinate::Listed(*i));
+        }
     }
 }
 

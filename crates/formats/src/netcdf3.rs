@@ -1,9 +1,10 @@
 //! NetCDF-3: classic, with offsets of 64 bits, with lengths of 64 bits (CDF-5).
 
+use crate::container::assign_coordinates;
 use crate::cursor::{Budget, Cursor, beginning};
 use crate::{
-    Attributes, ByteOrder, Bytes, Container, Coordinate, Dimension, Error, Format, Options, Place,
-    Result, Sample, Value, Variable, strides,
+    Attributes, ByteOrder, Bytes, Container, Dimension, Error, Format, Options, Place, Result,
+    Sample, Value, Variable, strides,
 };
 
 const DIMENSIONS: u32 = 10;
@@ -71,22 +72,9 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
         let sum = bytes.and_then(|bytes| record.checked_add(bytes));
         record = sum.ok_or_else(|| beyond(&entry.name))?;
     }
-    // A variable of one dimension with its name holds the coordinate.
-    let mut coordinates = vec![None; dimensions.len()];
-    for (i, entry) in entries.iter().enumerate() {
-        if let [d] = entry.dimensions[..]
-            && entry.kind != CHAR
-            && entry.name == dimensions[d].0
-        {
-            coordinates[d].get_or_insert(i);
-        }
-    }
     for entry in entries {
-        let of = entry.dimensions.iter().map(|d| Dimension {
-            name: Some(dimensions[*d].0.clone()),
-            len: dimensions[*d].1,
-            coordinate: coordinates[*d].map(Coordinate::Listed),
-        });
+        let of = entry.dimensions.iter().map(|d| &dimensions[*d]);
+        let of = of.map(|(name, len)| Dimension::new(*len).named(name.clone()));
         let mut of: Vec<Dimension> = of.collect();
         let shape: Vec<u64> = of.iter().map(|d| d.len).collect();
         let mut strides = strides(&shape, sample(entry.kind).unwrap_or(Sample::U8), false);
@@ -112,6 +100,7 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
         variable.place = Place::in_file(entry.begin, strides, ByteOrder::Big);
         container.push(variable);
     }
+    assign_coordinates(&mut container.variables);
     Ok(container)
 }
 

@@ -41,13 +41,7 @@ impl Strided<'_> {
                 start += (range.start + row % len) * stride;
                 row /= len;
             }
-            let order = self.order;
-            let run = Run {
-                start,
-                step,
-                count,
-                order,
-            };
+            let run = Piece::of([start, step, count], self.order);
             run.copy(bytes, self.sample, to, &Scaling::default(), out, to.bytes())?;
         }
         Ok(())
@@ -81,8 +75,8 @@ impl Scaling {
     }
 }
 
-impl Run {
-    /// Copies the samples of type `from` to every `along`-th byte of `out`: as they are, or as numbers of type
+impl Piece {
+    /// Copies the samples of one chunk, of type `from` to every `along`-th byte of `out`: as they are, or as numbers of type
     /// `to`, which is `f64` where they are scaled.
     ///
     /// # Errors
@@ -181,11 +175,16 @@ impl Rows {
                 && record.held.is_none();
             record.pieces.only_run().filter(|_| is_plain)
         };
-        let runs = self.records.iter().map(run).collect::<Option<Vec<Run>>>()?;
+        let runs = self
+            .records
+            .iter()
+            .map(run)
+            .collect::<Option<Vec<Piece>>>()?;
         let first = runs[0];
         // A single sample has no step.
         let step = if first.count == 1 { size } else { first.step };
-        let alike = |run: &Run| run.order == first.order && (first.count == 1 || run.step == step);
+        let alike =
+            |run: &Piece| run.order == first.order && (first.count == 1 || run.step == step);
         let across = match runs.get(1) {
             Some(second) => second.start.checked_sub(first.start)?,
             None => size,
@@ -255,15 +254,6 @@ pub(crate) struct Pieces {
     /// Each behind the number of samples before it.
     list: Vec<(u64, Piece)>,
     len: u64,
-}
-
-/// Samples at even distances.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Run {
-    pub start: u64,
-    pub step: u64,
-    pub count: u64,
-    pub order: ByteOrder,
 }
 
 impl Piece {
@@ -350,14 +340,9 @@ impl Pieces {
     }
 
     /// All samples, if they lie at even distances.
-    pub fn only_run(&self) -> Option<Run> {
+    pub fn only_run(&self) -> Option<Piece> {
         match self.list[..] {
-            [(_, piece)] if piece.chunks == 1 => Some(Run {
-                start: piece.start,
-                step: piece.step,
-                count: piece.count,
-                order: piece.order,
-            }),
+            [(_, piece)] if piece.chunks == 1 => Some(piece),
             _ => None,
         }
     }
@@ -368,8 +353,8 @@ impl Pieces {
         first.map_or((1, false), |(_, piece)| (piece.count, piece.step > size))
     }
 
-    /// The samples of this range, run by run.
-    pub fn runs(&self, range: Range<u64>) -> impl Iterator<Item = Run> + '_ {
+    /// The samples of this range, chunk by chunk.
+    pub fn runs(&self, range: Range<u64>) -> impl Iterator<Item = Piece> + '_ {
         let mut at = range.start;
         let mut place = self.list.partition_point(|(first, _)| *first <= at);
         place = place.saturating_sub(1);
@@ -385,12 +370,8 @@ impl Pieces {
             let (chunk, within) = ((at - first) / piece.count, (at - first) % piece.count);
             let count = (piece.count - within).min(range.end - at);
             at += count;
-            Some(Run {
-                start: piece.start + chunk * piece.stride + within * piece.step,
-                step: piece.step,
-                count,
-                order: piece.order,
-            })
+            let start = piece.start + chunk * piece.stride + within * piece.step;
+            Some(Piece::of([start, piece.step, count], piece.order))
         })
     }
 }

@@ -87,22 +87,25 @@ pub(in crate::field) fn counted(
     };
     // No digits go to the years before the first. Differences of large numbers are as exact as those; integers have no
     // rounding.
-    let (apart, rounding, first) = match integers {
+    let (apart, rounding) = match integers {
         Some(integers) => {
             let first = integers.first().copied().unwrap_or(0);
-            let apart = integers
-                .iter()
-                .map(|v| scale * v.wrapping_sub(first) as f64);
-            (apart.collect(), 0.0, First::Integer(first))
+            let apart = integers.iter();
+            let apart = apart.map(|v| scale * v.wrapping_sub(first) as f64);
+            (apart.collect(), 0.0)
         }
         None => {
-            let first = stored.first().copied().unwrap_or(0.0);
-            let apart = stored.iter().map(|v| scale * (v - first));
+            let apart = stored.iter().map(|v| scale * (v - stored[0]));
             let rounding = rounding.max(Sample::F64.spacing(stored) * scale.abs());
-            (apart.collect(), rounding, First::Float(first))
+            (apart.collect(), rounding)
         }
     };
-    since.listing(apart, rounding, first.unpacked(scale, offset))
+    // An integer that is not packed stays one.
+    let first = match integers.and_then(<[i64]>::first) {
+        Some(first) if (scale, offset) == (1.0, 0.0) => first.to_string(),
+        _ => (scale * stored.first().copied().unwrap_or(0.0) + offset).to_string(),
+    };
+    since.listing(apart, rounding, &first)
 }
 
 /// The unit of times without one that can only count from 1970: in seconds and their fractions, 2001 to 2286.
@@ -121,25 +124,6 @@ fn since_1970(values: &[f64]) -> Option<String> {
     };
     let (unit, _) = UNITS.iter().find(fits)?;
     Some(format!("{unit} since 1970-01-01"))
-}
-
-#[derive(Debug, Clone, Copy)]
-enum First {
-    Integer(i64),
-    Float(f64),
-}
-
-impl First {
-    /// The number that a packed one stands for; an integer that is not packed stays one.
-    fn unpacked(self, scale: f64, offset: f64) -> First {
-        match self {
-            First::Integer(first) if (scale, offset) != (1.0, 0.0) => {
-                First::Float(scale * first as f64 + offset)
-            }
-            First::Float(first) => First::Float(scale * first + offset),
-            first => first,
-        }
-    }
 }
 
 /// `seconds since 2026-01-01`, as the CF conventions write times.
@@ -185,7 +169,7 @@ impl<'a> Since<'a> {
     }
 
     /// Coordinates that are `apart` from the first, all in the counts of the unit.
-    fn listing(&self, apart: Vec<f64>, rounding: f64, first: First) -> Listing {
+    fn listing(&self, apart: Vec<f64>, rounding: f64, first: &str) -> Listing {
         Listing {
             values: apart.iter().map(|v| v / self.divisor).collect(),
             rounding: rounding / self.divisor,
@@ -196,14 +180,10 @@ impl<'a> Since<'a> {
     }
 
     /// The time of the first sample in words.
-    fn time(&self, first: First) -> String {
-        let (is_zero, first) = match first {
-            First::Integer(first) => (first == 0, first.to_string()),
-            First::Float(first) => (first == 0.0, first.to_string()),
-        };
-        match is_zero {
-            true => self.date.to_owned(),
-            false => format!("{} + {first} {}", self.date, self.counts),
+    fn time(&self, first: &str) -> String {
+        match first {
+            "0" | "-0" => self.date.to_owned(),
+            first => format!("{} + {first} {}", self.date, self.counts),
         }
     }
 }
@@ -230,6 +210,6 @@ mod tests {
         assert_eq!(Since::parse("seconds"), None);
         assert_eq!(Since::parse("parsecs since noon"), None);
         let since = Since::parse("ns since 1970-01-01").unwrap();
-        assert_eq!(since.time(First::Integer(5)), "1970-01-01 + 5 ns");
+        assert_eq!(since.time("5"), "1970-01-01 + 5 ns");
     }
 }

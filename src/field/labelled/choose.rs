@@ -95,14 +95,14 @@ impl Choice {
         })
     }
 
-    pub fn n_times(&self, arrays: &Arrays) -> Result<usize> {
-        length(arrays.variable(self.variable), self.times.dimension)
-    }
-
-    pub fn n_sites(&self, arrays: &Arrays) -> Result<usize> {
-        let variable = arrays.variable(self.variable);
-        let sites = self.sites.as_ref();
-        sites.map_or(Ok(1), |sites| length(variable, sites.dimension))
+    /// Times and sites, of which there is one where no dimension counts them.
+    pub fn shape(&self, arrays: &Arrays) -> [usize; 2] {
+        let dimensions = &arrays.variable(self.variable).dimensions;
+        let length = |place: &Place| {
+            let len = dimensions[place.dimension].len;
+            usize::try_from(len).unwrap_or(usize::MAX)
+        };
+        [length(&self.times), self.sites.as_ref().map_or(1, length)]
     }
 
     /// What was taken for the field and its axes.
@@ -590,13 +590,4 @@ fn of_name(name: &str) -> Option<Role> {
 pub(in super::super) fn last_name(path: &str) -> &str {
     let after = path.rfind(['/', '.']).map_or(0, |at| at + 1);
     &path[after..]
-}
-
-fn length(variable: &Variable, dimension: usize) -> Result<usize> {
-    let len = variable.dimensions[dimension].len;
-    usize::try_from(len).map_err(|_| Error::Memory {
-        what: "the field",
-        needed: len,
-        allowed: usize::MAX as u64,
-    })
 }

@@ -32,7 +32,7 @@ pub(super) fn storage(arrays: &Arrays, choice: &Choice) -> Result<Storage> {
 /// The samples decoded, in the order of their dimensions.
 fn decoded(arrays: &Arrays, choice: &Choice) -> Result<Storage> {
     let (source, container) = (arrays.source, &arrays.container);
-    let (n_times, n_sites) = (choice.n_times(arrays)?, choice.n_sites(arrays)?);
+    let [n_times, n_sites] = choice.shape(arrays);
     let variable = arrays.variable(choice.variable);
     let sample = variable.sample_type.number().unwrap_or(Sample::F64);
     let (times, sites) = (&choice.times, choice.sites.as_ref());

@@ -286,7 +286,7 @@ pub(super) fn read(source: &FileSource, container: Container) -> Result<Contents
     let format = container.format;
     let choice = Choice::of(&arrays)?;
     let variable = arrays.variable(choice.variable);
-    let shape = [choice.n_times(&arrays)?, choice.n_sites(&arrays)?];
+    let shape = choice.shape(&arrays);
     let attributes = &variable.attributes;
     // What this program wrote says itself what is the field.
     let is_own = own_schema(container).is_some();

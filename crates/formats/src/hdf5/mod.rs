@@ -164,6 +164,7 @@ impl Walk<'_> {
         address: u64,
         level: usize,
     ) -> Result<()> {
+        use HdfMessage::*;
         if self.visited.contains(&address) {
             return Ok(());
         }
@@ -178,19 +179,18 @@ impl Walk<'_> {
                 None => return Err(explain(&path, &cause)),
             },
         };
-        match kind(&header) {
-            Kind::Group => {
-                let group = parent.group(name).map_err(|cause| explain(&path, &cause))?;
-                self.group(&group, &path, level + 1)
-            }
-            Kind::Dataset => {
-                self.visited.insert(address);
-                let dataset = parent.dataset(name);
-                let dataset = dataset.map_err(|cause| explain(&path, &cause))?;
-                self.dataset(parent, dataset, &header, path)
-            }
-            Kind::Other => Ok(()),
+        let has = |is: fn(&HdfMessage) -> bool| header.messages.iter().any(is);
+        if has(|it| matches!(it, SymbolTable(_) | Link(_) | LinkInfo(_) | GroupInfo(_))) {
+            let group = parent.group(name).map_err(|cause| explain(&path, &cause))?;
+            return self.group(&group, &path, level + 1);
         }
+        if has(|it| matches!(it, Dataspace(_))) {
+            self.visited.insert(address);
+            let dataset = parent.dataset(name);
+            let dataset = dataset.map_err(|cause| explain(&path, &cause))?;
+            return self.dataset(parent, dataset, &header, path);
+        }
+        Ok(())
     }
 
     fn dataset(
@@ -244,29 +244,6 @@ impl Walk<'_> {
         self.variables
             .push(Variable::other(path, Vec::new(), other));
         self.objects.push(Object::default());
-    }
-}
-
-enum Kind {
-    Group,
-    Dataset,
-    Other,
-}
-
-fn kind(header: &ObjectHeader) -> Kind {
-    let has = |is: fn(&HdfMessage) -> bool| header.messages.iter().any(is);
-    if has(|message| {
-        use HdfMessage::*;
-        matches!(
-            message,
-            SymbolTable(_) | Link(_) | LinkInfo(_) | GroupInfo(_)
-        )
-    }) {
-        Kind::Group
-    } else if has(|message| matches!(message, HdfMessage::Dataspace(_))) {
-        Kind::Dataset
-    } else {
-        Kind::Other
     }
 }
 

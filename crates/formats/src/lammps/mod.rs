@@ -196,39 +196,15 @@ const LETTERS: [&str; 3] = ["x", "y", "z"];
 /// The columns of a position along one axis.
 #[derive(Debug, Clone)]
 struct Axis {
+    axis: usize,
     column: usize,
     /// Lower bound and length of the box, if positions are shares of it.
     scale: Option<[f64; 2]>,
-    /// What unwraps positions within the box.
-    images: Option<Images>,
+    /// What unwraps positions within the box: the columns `ix`, `iy` and `iz`, which count how often each atom has
+    /// crossed the boundaries.
+    images: Option<[Option<usize>; 3]>,
     /// Whether atoms that crossed a boundary are still beside their neighbours.
     is_unwrapped: bool,
-}
-
-/// How often each atom has crossed the boundaries of the box.
-#[derive(Debug, Clone)]
-struct Images {
-    axis: usize,
-    /// The columns `ix`, `iy` and `iz`.
-    columns: [Option<usize>; 3],
-}
-
-impl Images {
-    fn find(axis: usize, headers: &Headers) -> Option<Images> {
-        let column = |letter| headers.column(&format!("i{letter}"));
-        let columns = LETTERS.map(column);
-        columns[axis].is_some().then_some(Images { axis, columns })
-    }
-
-    /// What is added to a position within the box `cell` of an atom with such counts.
-    fn shift(&self, count: impl Fn(usize) -> f64, cell: Option<&Cell>) -> f64 {
-        let edges = cell.into_iter().flatten().zip(self.columns);
-        let along = edges.map(|(edge, column)| match column {
-            Some(column) if edge[self.axis] != 0.0 => count(column) * edge[self.axis],
-            _ => 0.0,
-        });
-        along.sum()
-    }
 }
 
 impl Axis {
@@ -239,17 +215,16 @@ impl Axis {
             .frames
             .first()
             .is_some_and(|frame| frame.cell.is_some());
-        let images = || Images::find(axis, headers).filter(|_| has_box);
+        let counts = LETTERS.map(|letter| headers.column(&format!("i{letter}")));
+        let has_images = has_box && counts[axis].is_some();
         let stored = |suffix: &str| {
-            let images = match suffix {
-                "u" | "su" => None,
-                _ => images(),
-            };
+            let is_unwrapped = suffix.ends_with('u');
             Some(Axis {
+                axis,
                 column: find(suffix)?,
                 scale: None,
-                is_unwrapped: suffix.ends_with('u') || images.is_some(),
-                images,
+                is_unwrapped: is_unwrapped || has_images,
+                images: (has_images && !is_unwrapped).then_some(counts),
             })
         };
         if let Some(axis) = stored("u").or_else(|| stored("")) {
@@ -271,8 +246,15 @@ impl Axis {
             None => value,
             Some([low, length]) => low + value * length,
         };
-        let images = self.images.as_ref();
-        within + images.map_or(0.0, |images| images.shift(|column| numbers[column], cell))
+        let edges = cell
+            .into_iter()
+            .flatten()
+            .zip(self.images.unwrap_or_default());
+        let along = edges.map(|(edge, column)| match column {
+            Some(column) if edge[self.axis] != 0.0 => numbers[column] * edge[self.axis],
+            _ => 0.0,
+        });
+        within + (0.0 + along.sum::<f64>())
     }
 }
 
@@ -407,10 +389,10 @@ impl Column {
             }
             Source::Unwrapped(axis) => self.dump.first.axes[axis].as_ref(),
         };
-        let Some((axis, images)) = axis.and_then(|axis| Some((axis, axis.images.as_ref()?))) else {
+        let Some((axis, images)) = axis.and_then(|axis| Some((axis, axis.images?))) else {
             return Ok(());
         };
-        let flags = images.columns.map(|column| column.unwrap_or(axis.column));
+        let flags = images.map(|column| column.unwrap_or(axis.column));
         let columns = [axis.column, flags[0], flags[1], flags[2]];
         let mut row = vec![0.0; self.dump.headers.columns.len()];
         self.dump.each(frame, columns, |atom, values| {

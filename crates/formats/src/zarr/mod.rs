@@ -12,7 +12,7 @@ use zarrs::array::{Array, ArrayBytes, ArrayShardedExt};
 use zarrs::array_subset::ArraySubset;
 use zarrs::filesystem::FilesystemStore;
 
-use crate::container::{Block, Decoder, MAX_INFLATION};
+use crate::container::{Block, Decoder, MAX_INFLATION, assign_coordinates};
 use crate::{Bytes, Container, Error, Format, Options, Result, Sample};
 use walk::Walk;
 
@@ -26,7 +26,7 @@ pub(crate) fn open(format: Format, folder: &Path, options: &Options) -> Result<C
     let name = folder.file_stem().unwrap_or_default().to_string_lossy();
     let mut walk = Walk::new(Arc::new(store), &name);
     walk.visit(folder, "", 0)?;
-    walk.assign_coordinates();
+    assign_coordinates(&mut walk.variables);
     let no_bytes: Bytes = Arc::new(Vec::new());
     let mut container = Container::new(format, &no_bytes);
     let stored = length(folder, 0);

@@ -1,6 +1,5 @@
 //! The groups and arrays of a store.
 
-use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -12,8 +11,8 @@ use zarrs::storage::StorageError;
 
 use super::{Stored, caught, json};
 use crate::{
-    Attributes, ByteOrder, Coordinate, Dimension, Error, Place, Result, Sample, SampleType, Value,
-    Variable, numpy_times,
+    Attributes, ByteOrder, Dimension, Error, Place, Result, Sample, SampleType, Value, Variable,
+    numpy_times,
 };
 
 /// Groups within groups.
@@ -151,36 +150,6 @@ impl Walk<'_> {
         });
         self.arrays.push(stored);
         Ok(())
-    }
-
-    /// Gives dimensions the coordinates of their name, in the group of the array or in one around it.
-    pub(super) fn assign_coordinates(&mut self) {
-        let is_coordinate = |v: &&(usize, &Variable)| {
-            let name = v.1.path.rsplit('/').next();
-            let [d] = &v.1.dimensions[..] else {
-                return false;
-            };
-            d.name.as_deref() == name && v.1.sample_type.number().is_some()
-        };
-        let listed: Vec<(usize, &Variable)> = self.variables.iter().enumerate().collect();
-        let by_path: HashMap<String, (usize, u64)> = listed
-            .iter()
-            .filter(is_coordinate)
-            .map(|(i, v)| (v.path.clone(), (*i, v.dimensions[0].len)))
-            .collect();
-        for variable in &mut self.variables {
-            let path = variable.path.clone();
-            for dimension in &mut variable.dimensions {
-                let Some(name) = &dimension.name else {
-                    continue;
-                };
-                let groups = std::iter::successors(path.rfind('/'), |&end| path[..end].rfind('/'));
-                let mut found =
-                    groups.filter_map(|end| by_path.get(&format!("{}/{name}", &path[..end])));
-                let found = found.find(|(_, len)| *len == dimension.len);
-                dimension.coordinate = found.map(|(i, _)| Coordinate::Listed(*i));
-            }
-        }
     }
 }
 
