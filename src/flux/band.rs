@@ -14,13 +14,14 @@ const ITERATIONS: usize = 40;
 const SINGULAR: f64 = 1e-12;
 /// Loss, wavenumber, and its first and second derivative.
 const UNKNOWNS: usize = 4;
+type Unknowns = [f64; UNKNOWNS];
 
 /// One frequency of one shot.
 pub(super) struct Row<'a> {
     /// Of each site.
     pub spectrum: &'a [Complex<f64>],
     pub frequency: f64,
-    /// Wavenumber per site that the search starts from, of the wave whose energy goes to later sites.
+    /// Wavenumber per site of a stated relation, of the wave whose energy goes to later sites; 0 where it is searched.
     pub wavenumber: f64,
     /// Group velocity where it is not read off the wavenumbers, in sites and cycles.
     pub velocity: Option<f64>,
@@ -33,8 +34,10 @@ pub(super) struct Band<'a> {
     /// By rising frequency, those of all shots at each.
     pub rows: Vec<Row<'a>>,
     pub shots: usize,
-    /// Whether wavenumbers are searched.
-    pub is_free: bool,
+    /// Wavenumbers per site in the middle, and group velocities, that the search starts from; none where wavenumbers are stated.
+    pub starts: Vec<[f64; 2]>,
+    /// Whether samples are strain rates, and velocities follow from wavenumbers.
+    pub is_strain: bool,
     /// Whether there are waves towards earlier sites, B, too.
     pub is_both: bool,
     /// The middle of the band and half of its width.
@@ -88,8 +91,8 @@ pub(super) fn error_without(values: &[f64]) -> f64 {
 /// Sums over rows at some unknowns.
 #[derive(Default)]
 struct Sums {
-    normal: [[f64; UNKNOWNS]; UNKNOWNS],
-    gradient: [f64; UNKNOWNS],
+    normal: [Unknowns; UNKNOWNS],
+    gradient: Unknowns,
     residual: f64,
     /// Squares of all samples, and complex numbers that the waves do not explain.
     squares: f64,
@@ -102,27 +105,12 @@ struct Sums {
 impl Band<'_> {
     /// Least squares by the method of Levenberg and Marquardt, then one step without each group.
     pub fn found(&self) -> Found {
-        let mut at = [0.0; UNKNOWNS];
-        let mut sums = self.sums(&at, None, None);
-        let mut damping = 1e-3;
-        for _ in 0..ITERATIONS {
-            let Some(tried) = self.step(&at, &sums, damping) else {
-                break;
-            };
-            let next = self.sums(&tried, None, None);
-            if next.residual <= sums.residual {
-                let is_done = sums.residual - next.residual <= 1e-14 * sums.squares;
-                (at, sums) = (tried, next);
-                damping = (damping / 10.0f64).max(1e-12);
-                if is_done {
-                    break;
-                }
-            } else if damping > 1e8 {
-                break;
-            } else {
-                damping *= 10.0;
-            }
-        }
+        let starts = self.starts.iter();
+        let starts = starts.map(|[k, velocity]| [0.0, *k, TAU * self.half / velocity, 0.0]);
+        let stated = self.starts.is_empty().then_some([0.0; UNKNOWNS]);
+        let tried = starts.chain(stated).map(|start| self.least_squares(start));
+        let best = tried.min_by(|a, b| a.1.residual.total_cmp(&b.1.residual));
+        let (at, sums) = best.unwrap_or_default();
         let without = |sites: Option<usize>, rows: Option<usize>| {
             let own = self.sums(&at, sites, rows);
             let at = self.step(&at, &own, 0.0).unwrap_or(at);
@@ -171,18 +159,42 @@ impl Band<'_> {
         }
     }
 
+    fn least_squares(&self, mut at: Unknowns) -> (Unknowns, Sums) {
+        let mut sums = self.sums(&at, None, None);
+        let mut damping = 1e-3;
+        for _ in 0..ITERATIONS {
+            let Some(tried) = self.step(&at, &sums, damping) else {
+                break;
+            };
+            let next = self.sums(&tried, None, None);
+            if next.residual <= sums.residual {
+                let is_done = sums.residual - next.residual <= 1e-14 * sums.squares;
+                (at, sums) = (tried, next);
+                damping = (damping / 10.0f64).max(1e-12);
+                if is_done {
+                    break;
+                }
+            } else if damping > 1e8 {
+                break;
+            } else {
+                damping *= 10.0;
+            }
+        }
+        (at, sums)
+    }
+
     fn offset(&self, row: &Row) -> f64 {
         (row.frequency - self.middle) / self.half
     }
 
     /// `loss + i wavenumber` of a row.
-    fn exponent(&self, row: &Row, at: &[f64; UNKNOWNS]) -> Complex<f64> {
+    fn exponent(&self, row: &Row, at: &Unknowns) -> Complex<f64> {
         let u = self.offset(row);
         Complex::new(at[0], row.wavenumber + at[1] + u * (at[2] + u * at[3]))
     }
 
     /// Sums without a group of sites, and without a group of rows.
-    fn sums(&self, at: &[f64; UNKNOWNS], sites: Option<usize>, rows: Option<usize>) -> Sums {
+    fn sums(&self, at: &Unknowns, sites: Option<usize>, rows: Option<usize>) -> Sums {
         let n = self.rows[0].spectrum.len();
         let groups = [GROUPS.min(n), GROUPS.min(self.rows.len())];
         let kept: Vec<usize> = (0..n).filter(|j| sites != Some(j % groups[0])).collect();
@@ -261,16 +273,16 @@ impl Band<'_> {
     }
 
     /// The next unknowns.
-    fn step(&self, at: &[f64; UNKNOWNS], sums: &Sums, damping: f64) -> Option<[f64; UNKNOWNS]> {
+    fn step(&self, at: &Unknowns, sums: &Sums, damping: f64) -> Option<Unknowns> {
         let frequencies = self
             .rows
             .chunk_by(|a, b| a.frequency == b.frequency)
             .count();
-        let count = 1 + if self.is_free {
-            frequencies.min(UNKNOWNS - 1)
-        } else {
-            0
+        let searched = match self.starts.is_empty() {
+            true => 0,
+            false => frequencies.min(UNKNOWNS - 1),
         };
+        let count = 1 + searched;
         let row = |i: usize| {
             let mut row = sums.normal[i][..count].to_vec();
             row[i] *= 1.0 + damping;
@@ -285,30 +297,24 @@ impl Band<'_> {
         Some(next)
     }
 
-    /// Change of the wavenumber by the frequency in cycles, and the velocity.
-    fn velocity(&self, row: &Row, at: &[f64; UNKNOWNS], base: f64) -> f64 {
-        let searched = (at[2] + 2.0 * self.offset(row) * at[3]) / self.half;
-        row.velocity.unwrap_or(TAU / (base + searched))
-    }
-
-    /// Change of the wavenumbers that the search starts from.
-    fn base(&self) -> f64 {
-        let [first, last] = [&self.rows[0], &self.rows[self.rows.len() - 1]];
-        match last.frequency > first.frequency {
-            true => (last.wavenumber - first.wavenumber) / (last.frequency - first.frequency),
-            false => 0.0,
-        }
+    fn velocity(&self, row: &Row, at: &Unknowns) -> f64 {
+        let slope = (at[2] + 2.0 * self.offset(row) * at[3]) / self.half;
+        row.velocity.unwrap_or(TAU / slope)
     }
 
     /// Flux of both waves of row `i`, without that of the noise.
-    fn flux(&self, row: &Row, at: &[f64; UNKNOWNS], sums: &Sums, i: usize) -> [f64; 2] {
+    fn flux(&self, row: &Row, at: &Unknowns, sums: &Sums, i: usize) -> [f64; 2] {
         let noise = sums.residual / sums.left;
         let [a, b, own_a, own_b] = sums.waves[i];
-        let factor = row.weight * self.velocity(row, at, self.base());
+        let of_velocity = match self.is_strain {
+            true => self.exponent(row, at).norm_sqr().recip(),
+            false => 1.0,
+        };
+        let factor = row.weight * of_velocity * self.velocity(row, at);
         [factor * (a - noise * own_a), factor * (b - noise * own_b)]
     }
 
-    fn numbers(&self, at: &[f64; UNKNOWNS], sums: &Sums) -> Numbers {
+    fn numbers(&self, at: &Unknowns, sums: &Sums) -> Numbers {
         let mut numbers = Numbers {
             loss: at[0],
             ..Numbers::default()
@@ -318,7 +324,7 @@ impl Band<'_> {
             let flux = self.flux(row, at, sums, i);
             let power = sums.waves[i][0] + sums.waves[i][1];
             all += power;
-            slowness += power / self.velocity(row, at, self.base());
+            slowness += power / self.velocity(row, at);
             numbers.frequency += power * row.frequency;
             numbers.wavenumber += power * self.exponent(row, at).im;
             for (sum, flux) in numbers.flux.iter_mut().zip(flux) {

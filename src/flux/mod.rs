@@ -16,8 +16,10 @@ use rayon::prelude::*;
 
 use crate::analyze::Dispersion;
 use crate::error::{Error, Result};
-use crate::estimates::realisations::{Realisations, Shots, TOGETHER};
-use crate::estimates::{Averaging, SIGNIFICANCE, Tapers, check_significance};
+use crate::estimates::realisations::{FILLED, Realisations, Shots, TOGETHER, steadiness_of_field};
+use crate::estimates::{
+    Averaging, Independence, SIGNIFICANCE, Tapers, check_significance, first_of,
+};
 use crate::field::{Axis, Field, Quantity};
 use crate::measure::{Length, LinearDensity, Measure, Time, size};
 use crate::numeric::{student_two_sided, sum_of};
@@ -34,6 +36,8 @@ use band::{Band, Found, GROUPS, Numbers, Row, error_without};
 
 /// Frequencies of a band at least, where there are as many.
 const LEAST_ROWS: usize = 8;
+/// Points of ridges that the search of a band starts from.
+const STARTS: usize = 5;
 /// Share of the power of the strongest ridge above which another is a second wave.
 const SECOND: f64 = 0.05;
 /// Wavenumbers that differ by more than so many resolutions are those of two waves.
@@ -176,11 +180,6 @@ impl Flux {
         let largest = |way: &[Known]| way.iter().fold(0.0, |m: f64, p| m.max(p.value));
         largest(&self.total[1]) > largest(&self.total[0])
     }
-
-    /// Whether that is towards earlier sites.
-    fn is_downward(&self) -> bool {
-        self.is_backward() != (self.space.step < 0.0)
-    }
 }
 
 /// Flux of energy of the waves of one branch, and their loss.
@@ -230,20 +229,39 @@ pub fn flux(fields: &[&Field], request: &FluxRequest, observer: &dyn Observer) -
             mass.value,
         )?;
     }
+    let first = first_of(fields)?;
+    let is_transient = is_transient(fields, request.threads)?;
     let ridges_request = RidgesRequest {
+        // A transient is seen best whole.
+        segment: is_transient.then_some(first.n_times()),
         gaps: request.gaps,
         threads: request.threads,
         memory: request.memory,
         ..RidgesRequest::default()
     };
     let found = ridges(fields, &ridges_request, observer)?;
-    let first = fields[0];
     if first.quantity == Quantity::Force {
         let expected = "velocities, displacements, accelerations or strain rates";
         return Err(Error::request("quantity", expected, first.quantity.name()));
     }
     in_pool(request.threads, || {
-        Search::new(fields, request, &found, observer)?.run()
+        Search::new(fields, request, (&found, is_transient), observer)?.run()
+    })
+}
+
+/// Whether the first field is a transient.
+///
+/// # Errors
+/// [`Error::Threads`].
+fn is_transient(fields: &[&Field], threads: Option<usize>) -> Result<bool> {
+    let (first, n) = (fields[0], fields[0].n_sites());
+    in_pool(threads, || {
+        let blocks = (0..n)
+            .step_by(TOGETHER)
+            .map(|from| from..n.min(from + TOGETHER));
+        let steadiness = steadiness_of_field(first, blocks, FILLED);
+        let number = [fields.len(), 1, 1];
+        Ok(Independence::new(number, 1.0, steadiness, first.n_times()).is_transient())
     })
 }
 
@@ -269,10 +287,10 @@ impl<'a> Search<'a> {
     fn new(
         fields: &'a [&'a Field],
         request: &'a FluxRequest,
-        ridges: &'a Ridges,
+        (ridges, is_transient): (&'a Ridges, bool),
         observer: &'a dyn Observer,
     ) -> Result<Self> {
-        let (first, is_transient) = (fields[0], ridges.independence.is_transient());
+        let first = fields[0];
         let usual = if is_transient {
             Window::None
         } else {
@@ -307,12 +325,7 @@ impl<'a> Search<'a> {
                 });
             })
         })?;
-        let is_falling = first.space.step < 0.0;
-        let is_turned = match request.towards {
-            Travelling::TowardPlusX => is_falling,
-            Travelling::TowardMinusX => !is_falling,
-            _ => false,
-        };
+        let is_turned = request.towards == Travelling::TowardMinusX;
         let row = |row: usize| {
             let of_tile = |(t, tile): (usize, &Vec<Complex<f64>>)| {
                 let width = TOGETHER.min(n_sites - t * TOGETHER);
@@ -409,12 +422,11 @@ impl<'a> Search<'a> {
         [from, to]: [f64; 2],
         law: Option<&law::Waves>,
     ) -> Result<Found, NoFlux> {
-        let middle = 0.5 * (from + to);
-        let start = match law {
-            Some(law) => law.at(middle).ok_or(NoFlux::SeveralWaves)?,
-            None => self.start(from, to)?,
+        let site = self.first.space.step;
+        let starts = match law {
+            Some(_) => Vec::new(),
+            None => self.starts([from, to])?,
         };
-        let site = self.first.space.step.abs();
         let stated = match self.request.group_velocity {
             GroupVelocity::Stated(velocity) => Some(velocity),
             _ => None,
@@ -422,22 +434,16 @@ impl<'a> Search<'a> {
         let mut rows = Vec::new();
         for bin in bins {
             let frequency = self.frequency[bin];
-            let [wavenumber, velocity] = match law {
-                Some(law) => law.at(frequency).ok_or(NoFlux::SeveralWaves)?,
-                None => [start[0] + TAU * (frequency - middle) / start[1], f64::NAN],
-            };
-            let known = if law.is_some() {
-                Some(velocity)
-            } else {
-                stated
-            };
+            let of_law = law.map(|law| law.at(frequency).ok_or(NoFlux::SeveralWaves));
+            let of_law = of_law.transpose()?;
+            let velocity = of_law.map(|[_, velocity]| velocity).or(stated);
             for shot in 0..self.shots {
                 rows.push(Row {
                     spectrum: &self.spectra[shot * self.frequency.len() + bin],
                     frequency,
-                    wavenumber: wavenumber * site,
-                    velocity: known.map(|velocity| velocity / site),
-                    weight: self.weight(bin, wavenumber),
+                    wavenumber: of_law.map_or(0.0, |[wavenumber, _]| wavenumber * site),
+                    velocity: velocity.map(|velocity| velocity / site),
+                    weight: self.weight(bin),
                 });
             }
         }
@@ -445,9 +451,13 @@ impl<'a> Search<'a> {
         let band = Band {
             rows,
             shots: self.shots,
-            is_free: law.is_none(),
+            starts: starts
+                .iter()
+                .map(|[k, velocity]| [k * site, velocity / site])
+                .collect(),
+            is_strain: self.first.quantity == Quantity::StrainRate,
             is_both,
-            middle,
+            middle: 0.5 * (from + to),
             half: 0.5 * (to - from),
         };
         let found = band.found();
@@ -475,44 +485,44 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Wavenumber and group velocity of the strongest ridge of a band, with the sign of a wave whose energy goes to +x.
-    fn start(&self, from: f64, to: f64) -> Result<[f64; 2], NoFlux> {
+    /// Wavenumbers in the middle of a band and group velocities of its strongest ridge points, with the sign of a wave whose
+    /// energy goes to +x.
+    fn starts(&self, [from, to]: [f64; 2]) -> Result<Vec<[f64; 2]>, NoFlux> {
         let [resolution, apart] = self.ridges.resolution;
         let is_near = |p: &&RidgePoint| {
             (from - resolution..=to + resolution).contains(&p.frequency)
                 && p.group_velocity.is_finite()
         };
-        let near: Vec<&RidgePoint> = self.ridges.points().filter(is_near).collect();
-        let strongest = near.iter().max_by(|a, b| a.power.total_cmp(&b.power));
-        let strongest = strongest.ok_or(NoFlux::NoWave)?;
-        let of = |p: &RidgePoint| {
-            [
-                p.wavenumber * p.group_velocity.signum(),
-                p.group_velocity.abs(),
-            ]
+        let mut near: Vec<&RidgePoint> = self.ridges.points().filter(is_near).collect();
+        near.sort_by(|a, b| b.power.total_cmp(&a.power));
+        let strongest = near.first().ok_or(NoFlux::NoWave)?;
+        let at = |p: &RidgePoint, f: f64| {
+            let k = p.wavenumber * p.group_velocity.signum();
+            k + TAU * (f - p.frequency) / p.group_velocity.abs()
         };
-        let [k, velocity] = of(strongest);
-        let at = |f: f64| k + TAU * (f - strongest.frequency) / velocity;
         let is_other = |p: &&RidgePoint| {
             p.power > SECOND * strongest.power
                 && (p.frequency - strongest.frequency).abs() <= resolution
-                && (of(p)[0] - at(p.frequency)).abs() > APART * apart
+                && (at(p, p.frequency) - at(strongest, p.frequency)).abs() > APART * apart
         };
-        match near.iter().any(|p| is_other(&p)) {
-            true => Err(NoFlux::SeveralWaves),
-            false => Ok([at(0.5 * (from + to)), velocity]),
+        if near.iter().any(is_other) {
+            return Err(NoFlux::SeveralWaves);
         }
+        near.truncate(STARTS);
+        let start = |p: &&RidgePoint| [at(p, 0.5 * (from + to)), p.group_velocity.abs()];
+        Ok(near.iter().map(start).collect())
     }
 
     /// What the square of an amplitude at a bin is multiplied by to be a part of the power (energy) that passes, over the group
     /// velocity.
-    fn weight(&self, bin: usize, wavenumber: f64) -> f64 {
+    fn weight(&self, bin: usize) -> f64 {
         let (times, step) = (self.first.n_times(), self.first.time.step);
         let omega = TAU * self.frequency[bin];
         let of_velocity = match self.first.quantity {
             Quantity::Displacement => omega,
             Quantity::Acceleration => 1.0 / omega,
-            Quantity::StrainRate => 1.0 / wavenumber,
+            // Per site, divided by the wavenumber of the wave.
+            Quantity::StrainRate => self.first.space.step,
             Quantity::Velocity | Quantity::Force => 1.0,
         };
         let measure = if self.is_transient {
@@ -520,11 +530,7 @@ impl<'a> Search<'a> {
         } else {
             1.0 / times as f64
         };
-        self.power.0
-            * self.first.space.step.abs()
-            * measure
-            * fold(bin, times)
-            * of_velocity.powi(2)
+        self.power.0 * self.first.space.step * measure * fold(bin, times) * of_velocity.powi(2)
             / self.shots as f64
     }
 
@@ -557,7 +563,7 @@ impl<'a> Search<'a> {
     }
 
     fn fill(&self, band: &mut FluxBand, found: Found) {
-        let site = self.first.space.step.abs();
+        let site = self.first.space.step;
         let frequency = found.numbers.frequency;
         let factor = move |n: &Numbers| n.loss * n.velocity / (PI * frequency);
         band.frequency = frequency;
@@ -579,19 +585,13 @@ impl<'a> Search<'a> {
     /// Powers at all sites, and their totals.
     fn summed(&self, bands: Vec<FluxBand>) -> Flux {
         let n = self.first.n_sites();
-        let is_falling = self.first.space.step < 0.0;
         // Of a band at a site: towards +x, towards -x, net.
         let at = |numbers: &Numbers, site: usize| {
             let decay = |sites: usize| (-2.0 * numbers.loss * sites as f64).exp();
             let (to_later, to_earlier) = (decay(site), decay(n - 1 - site));
-            let [later, earlier] = match self.is_turned {
+            let [plus, minus] = match self.is_turned {
                 true => [0.0, numbers.flux[0] * to_earlier],
                 false => [numbers.flux[0] * to_later, numbers.flux[1] * to_earlier],
-            };
-            let [plus, minus] = if is_falling {
-                [earlier, later]
-            } else {
-                [later, earlier]
             };
             [plus, minus, plus - minus]
         };
@@ -605,11 +605,7 @@ impl<'a> Search<'a> {
                 true => 0.0,
                 false => self.shared * found.squares[wave] / found.numbers.flux[wave].powi(2),
             };
-            let [plus, minus] = if is_falling != self.is_turned {
-                [1, 0]
-            } else {
-                [0, 1]
-            };
+            let [plus, minus] = if self.is_turned { [1, 0] } else { [0, 1] };
             let plus = relative(plus) * powers[0].powi(2);
             let minus = relative(minus) * powers[1].powi(2);
             [plus, minus, plus + minus]
@@ -705,7 +701,7 @@ impl<'a> Search<'a> {
         at: &dyn Fn(&Numbers, usize) -> [f64; 3],
     ) -> Known {
         let last = self.first.n_sites() - 1;
-        let length = last as f64 * self.first.space.step.abs();
+        let length = last as f64 * self.first.space.step;
         let sum = |site: usize| {
             stated
                 .iter()

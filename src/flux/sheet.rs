@@ -293,7 +293,7 @@ impl Flux {
         };
         let last = self.n_sites - 1;
         // The sites where these waves enter and leave.
-        let [begin, end] = if self.is_downward() {
+        let [begin, end] = if self.is_backward() {
             [last, 0]
         } else {
             [0, last]

@@ -21,11 +21,11 @@ use crate::show_args::{AxisUnits, Ends, ends};
 pub struct Flux {
     /// Mass of a unit of length, such as 0.3kg/m; in kg/m without a unit, where the field has units [default: the flux of one
     /// unit of mass per length].
-    #[arg(long, value_name = "MASS", value_parser = parse::measure::<LinearDensity>)]
+    #[arg(long, value_name = "MASS", value_parser = parse::step::<LinearDensity>)]
     pub mass_per_length: Option<Measure<LinearDensity>>,
     /// Group velocity at all frequencies, such as 3km/s, or in units of length over units of time [default: the slope of the
     /// wavenumbers that are found].
-    #[arg(long, value_name = "SPEED", value_parser = parse::measure::<Speed>, conflicts_with = "dispersion")]
+    #[arg(long, value_name = "SPEED", value_parser = parse::step::<Speed>, conflicts_with = "dispersion")]
     pub group_velocity: Option<Measure<Speed>>,
     /// Relation that wavenumbers and group velocities follow: monatomic:..., diatomic:..., a formula of k such as
     /// `c*k^2; c=0.5`, or a table (.csv), as `analyze` takes them.
