@@ -4,12 +4,15 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex;
 
-use crate::numeric::{eliminated, jackknife};
+use crate::numeric::{eliminated, jackknife, median};
 
 /// Groups of sites, and of rows, that are left out in turn.
 pub(super) const GROUPS: usize = 20;
 const ZERO: Complex<f64> = Complex::new(0.0, 0.0);
 const ITERATIONS: usize = 40;
+/// Standard errors by which, and phases over all sites in rad by which wavenumbers of loud shots differ from those of others.
+const SURE: f64 = 5.0;
+const CHANGE: f64 = 0.2;
 /// Share of its row below which a pivot is none.
 const SINGULAR: f64 = 1e-12;
 /// Loss, wavenumber, and its first and second derivative.
@@ -67,6 +70,8 @@ pub(super) struct Found {
     pub over_noise: f64,
     /// `1 - |<A|B>|^2` of the two waves' shapes.
     pub apart: f64,
+    /// Whether loud shots have other wavenumbers than quiet ones.
+    pub follows_amplitude: bool,
 }
 
 impl Found {
@@ -77,6 +82,11 @@ impl Found {
             .each_ref()
             .map(|without| error_without(&values(without)))
     }
+}
+
+/// All rows.
+fn every(_: usize) -> bool {
+    true
 }
 
 /// Standard error by values without each group; 0 where none is left out.
@@ -111,10 +121,12 @@ impl Band<'_> {
         let tried = starts.chain(stated).map(|start| self.least_squares(start));
         let best = tried.min_by(|a, b| a.1.residual.total_cmp(&b.1.residual));
         let (at, sums) = best.unwrap_or_default();
+        let count = self.rows.len();
         let without = |sites: Option<usize>, rows: Option<usize>| {
-            let own = self.sums(&at, sites, rows);
+            let has = |i: usize| rows != Some(i * GROUPS.min(count) / count);
+            let own = self.sums(&at, sites, has);
             let at = self.step(&at, &own, 0.0).unwrap_or(at);
-            self.numbers(&at, &self.sums(&at, sites, None))
+            self.numbers(&at, &self.sums(&at, sites, every))
         };
         let sites = self.rows[0].spectrum.len();
         let squares = |wave: usize| {
@@ -156,17 +168,45 @@ impl Band<'_> {
             squares: [squares(0), squares(1)],
             over_noise: (sums.squares - sums.residual) / unknowns / noise,
             apart: sums.apart / self.rows.len() as f64,
+            follows_amplitude: self.follows_amplitude(&at),
         }
     }
 
+    /// Whether the wavenumber of the louder half of the shots differs from that of the others.
+    fn follows_amplitude(&self, at: &Unknowns) -> bool {
+        let power = |shot: usize| -> f64 {
+            let rows = self.rows.iter().skip(shot).step_by(self.shots);
+            rows.flat_map(|row| row.spectrum)
+                .map(|x| x.norm_sqr())
+                .sum()
+        };
+        let powers: Vec<f64> = (0..self.shots).map(power).collect();
+        let middle = median(powers.iter().copied()).unwrap_or(0.0);
+        let is_loud = |i: usize| powers[i % self.shots] > middle;
+        let n = self.rows[0].spectrum.len();
+        let difference = |sites: Option<usize>| {
+            let of = |is_of_loud: bool| {
+                let own = self.sums(at, sites, |i| is_loud(i) == is_of_loud);
+                self.step(at, &own, 0.0).map_or(f64::NAN, |next| next[1])
+            };
+            of(true) - of(false)
+        };
+        let is_told = || {
+            let without: Vec<f64> = (0..GROUPS.min(n)).map(|g| difference(Some(g))).collect();
+            let (change, error) = (difference(None).abs(), error_without(&without));
+            change > SURE * error && change * n as f64 > CHANGE
+        };
+        self.shots > 1 && !self.starts.is_empty() && is_told()
+    }
+
     fn least_squares(&self, mut at: Unknowns) -> (Unknowns, Sums) {
-        let mut sums = self.sums(&at, None, None);
+        let mut sums = self.sums(&at, None, every);
         let mut damping = 1e-3;
         for _ in 0..ITERATIONS {
             let Some(tried) = self.step(&at, &sums, damping) else {
                 break;
             };
-            let next = self.sums(&tried, None, None);
+            let next = self.sums(&tried, None, every);
             if next.residual <= sums.residual {
                 let is_done = sums.residual - next.residual <= 1e-14 * sums.squares;
                 (at, sums) = (tried, next);
@@ -193,15 +233,15 @@ impl Band<'_> {
         Complex::new(at[0], row.wavenumber + at[1] + u * (at[2] + u * at[3]))
     }
 
-    /// Sums without a group of sites, and without a group of rows.
-    fn sums(&self, at: &Unknowns, sites: Option<usize>, rows: Option<usize>) -> Sums {
+    /// Sums of some rows, without a group of sites.
+    fn sums(&self, at: &Unknowns, sites: Option<usize>, has: impl Fn(usize) -> bool) -> Sums {
         let n = self.rows[0].spectrum.len();
-        let groups = [GROUPS.min(n), GROUPS.min(self.rows.len())];
-        let kept: Vec<usize> = (0..n).filter(|j| sites != Some(j % groups[0])).collect();
+        let groups = GROUPS.min(n);
+        let kept: Vec<usize> = (0..n).filter(|j| sites != Some(j % groups)).collect();
         let mut sums = Sums::default();
         let mut shape = vec![ZERO; n];
         for (i, row) in self.rows.iter().enumerate() {
-            if rows == Some(i * groups[1] / self.rows.len()) {
+            if !has(i) {
                 continue;
             }
             let ratio = (-self.exponent(row, at)).exp();

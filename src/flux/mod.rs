@@ -117,6 +117,8 @@ pub enum NoFlux {
     Directions,
     /// The wavenumbers do not tell the group velocity.
     Velocity,
+    /// Shots of other amplitudes have other wavenumbers.
+    Amplitude,
 }
 
 /// A number with half of its interval; NaN where none is stated.
@@ -357,12 +359,44 @@ impl<'a> Search<'a> {
             GroupVelocity::Of(law) => Some(law::Waves::of(law, &self.ridges.analysis.axes)?),
             _ => None,
         };
-        let bands = self.bands(law.as_ref())?;
-        let found: Vec<_> = bands
-            .par_iter()
-            .map(|bins| self.band(bins.clone(), law.as_ref()))
-            .collect();
-        Ok(self.summed(found))
+        let bins = self.bands(law.as_ref())?;
+        let starts = |bins: &Range<usize>| match &law {
+            Some(_) => Ok(Vec::new()),
+            None => self.starts(self.ends(bins)),
+        };
+        let first = |bins: &Range<usize>| self.band(bins, starts(bins), law.as_ref());
+        let mut bands: Vec<FluxBand> = bins.par_iter().map(first).collect();
+        // What is found of a band leads to its neighbours.
+        while law.is_none() {
+            let again = |b: usize| {
+                let start = Self::start_beside(&bands, b)?;
+                let band = self.band(&bins[b], Ok(vec![start]), None);
+                band.found.is_some().then_some((b, band))
+            };
+            let better: Vec<_> = (0..bands.len()).into_par_iter().filter_map(again).collect();
+            if better.is_empty() {
+                break;
+            }
+            better.into_iter().for_each(|(b, band)| bands[b] = band);
+        }
+        Ok(self.summed(bands))
+    }
+
+    /// Wavenumber and group velocity in the middle of a band in which no wave was found, as a neighbour has them.
+    fn start_beside(bands: &[FluxBand], b: usize) -> Option<[f64; 2]> {
+        let (own, beside) = (&bands[b], [b.checked_sub(1), Some(b + 1)]);
+        if own.found.is_some() || own.reason == Some(NoFlux::SeveralWaves) {
+            return None;
+        }
+        let mut beside = beside.into_iter().flatten().filter_map(|b| bands.get(b));
+        let known = beside.find(|band| band.found.is_some())?;
+        let (velocity, away) = (known.group_velocity.value, own.frequency - known.frequency);
+        Some([known.wavenumber.value + TAU * away / velocity, velocity])
+    }
+
+    /// The ends of a band in cycles.
+    fn ends(&self, bins: &Range<usize>) -> [f64; 2] {
+        [bins.start, bins.end].map(|bin| (bin as f64 - 0.5) * self.frequency[1])
     }
 
     /// Bins of each band.
@@ -394,9 +428,13 @@ impl<'a> Search<'a> {
     }
 
     /// The flux of a band.
-    fn band(&self, bins: Range<usize>, law: Option<&law::Waves>) -> FluxBand {
-        let width = self.frequency[1];
-        let [from, to] = [bins.start, bins.end].map(|bin| (bin as f64 - 0.5) * width);
+    fn band(
+        &self,
+        bins: &Range<usize>,
+        starts: Result<Vec<[f64; 2]>, NoFlux>,
+        law: Option<&law::Waves>,
+    ) -> FluxBand {
+        let [from, to] = self.ends(bins);
         let mut band = FluxBand {
             from: from.max(0.0),
             to,
@@ -409,7 +447,7 @@ impl<'a> Search<'a> {
             quality_factor: Known::NONE,
             found: None,
         };
-        match self.found(bins, [from, to], law) {
+        match starts.and_then(|starts| self.found(bins, &starts, law)) {
             Ok(found) => self.fill(&mut band, found),
             Err(reason) => band.reason = Some(reason),
         }
@@ -418,21 +456,17 @@ impl<'a> Search<'a> {
 
     fn found(
         &self,
-        bins: Range<usize>,
-        [from, to]: [f64; 2],
+        bins: &Range<usize>,
+        starts: &[[f64; 2]],
         law: Option<&law::Waves>,
     ) -> Result<Found, NoFlux> {
-        let site = self.first.space.step;
-        let starts = match law {
-            Some(_) => Vec::new(),
-            None => self.starts([from, to])?,
-        };
+        let ([from, to], site) = (self.ends(bins), self.first.space.step);
         let stated = match self.request.group_velocity {
             GroupVelocity::Stated(velocity) => Some(velocity),
             _ => None,
         };
         let mut rows = Vec::new();
-        for bin in bins {
+        for bin in bins.clone() {
             let frequency = self.frequency[bin];
             let of_law = law.map(|law| law.at(frequency).ok_or(NoFlux::SeveralWaves));
             let of_law = of_law.transpose()?;
@@ -480,6 +514,8 @@ impl<'a> Search<'a> {
             Err(NoFlux::Directions)
         } else if !(velocity > 0.0 && error(|n| n.velocity) < VELOCITY_KNOWN * velocity) {
             Err(NoFlux::Velocity)
+        } else if found.follows_amplitude {
+            Err(NoFlux::Amplitude)
         } else {
             Ok(found)
         }

@@ -31,12 +31,13 @@ const WAYS: [&str; 3] = ["plus", "minus", "net"];
 const PREFIXES: [&str; 11] = ["a", "f", "p", "n", "µ", "m", "", "k", "M", "G", "T"];
 
 impl NoFlux {
-    const ALL: [NoFlux; 5] = [
+    const ALL: [NoFlux; 6] = [
         NoFlux::NoWave,
         NoFlux::SeveralWaves,
         NoFlux::Evanescent,
         NoFlux::Directions,
         NoFlux::Velocity,
+        NoFlux::Amplitude,
     ];
 
     /// Why, and what can be done.
@@ -45,6 +46,7 @@ impl NoFlux {
             NoFlux::NoWave => ["no wave stands above the noise", ""],
             NoFlux::SeveralWaves => ["there is not one wave each way", ""],
             NoFlux::Evanescent => ["the wave decays within its length", ""],
+            NoFlux::Amplitude => ["the wavenumber changes with the amplitude", ""],
             NoFlux::Directions => [
                 "the array is too short to tell both directions apart",
                 "state `--towards plus-x` or `minus-x` if waves go one way",

@@ -2,10 +2,13 @@
 
 use clap::Args;
 use wavecascade::analyze::{Constants, Dispersion};
+use wavecascade::chain::{NoBranches, UnitCell};
+use wavecascade::field::is_run_file;
 use wavecascade::flux::{FluxRequest, GroupVelocity, flux};
 use wavecascade::measure::{Frequency, Length, LinearDensity, Measure, Speed, Time, size};
 use wavecascade::observer::Observer;
 use wavecascade::prepare::Window;
+use wavecascade::report::RunFile;
 use wavecascade::transform::Travelling;
 use wavecascade::{Error, Field};
 
@@ -74,6 +77,21 @@ impl Flux {
             .transpose()
     }
 
+    /// Refuses runs in which any amplitude changes the speed of waves.
+    fn check_linear(&self) -> Result<(), Error> {
+        for path in self.estimate.fields.iter().filter(|path| path.is_file()) {
+            if is_run_file(path)? {
+                let (setup, _) = RunFile::read_scene(path)?;
+                let cell = UnitCell::of(&setup.simulation.chain);
+                if let Err(none @ NoBranches::NoLinearLimit) = cell {
+                    let expected = "waves whose speed does not depend on their amplitude";
+                    return Err(Error::request("field", expected, none));
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn velocity(&self, field: &Field) -> Result<GroupVelocity, Error> {
         let Some(velocity) = self.group_velocity else {
             return Ok(self
@@ -112,6 +130,7 @@ impl Estimate for Flux {
     fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error> {
         let first = fields.first().copied();
         let first = first.ok_or_else(|| Error::request("field", "one", "none"))?;
+        self.check_linear()?;
         let band = self
             .band
             .map(|band| AxisUnits::of(first).ends("band", band));
