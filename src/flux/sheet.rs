@@ -2,178 +2,119 @@
 
 use std::f64::consts::LN_10;
 
-use ndarray::Array2;
 use serde_json::json;
 
 use super::{Flux, FluxBand, Known, NoFlux};
 use crate::numeric::sorted;
 use crate::sheet::{
-    BLUE, Band, Chart, Describe, Look, PlotRow, Role, Series, Sheet, Table, Units, VERMILLION,
-    confidence, number, percent, with_half, with_unit,
+    BLUE, Band, Chart, Describe, PlotRow, Role, Series, Sheet, Units, VERMILLION, confidence,
+    number, percent, with_half, with_unit,
 };
 use crate::unit::{compose, label};
 
 const DEFINITIONS: &str = "\
-    Flux P(f, x): Mass per length times group velocity times the square of the velocity that a wave has, per unit of frequency. Waves \
-        towards +x and towards -x are told apart by their phases along x; the net flux is the difference of both.
+    Flux P(f, x): Mass per length times group velocity times the mean square velocity of a wave, per unit of frequency. Waves towards \
+        +x and towards -x are told apart by their phases along x; the net flux is the difference of both.
     Attenuation: Loss of amplitude per length: 1 Np is 8.686 dB.
-    Loss factor: Attenuation times group velocity over πf: the share of its energy that a wave loses in a radian. The quality factor is \
-        its inverse.
-    Interval: By the jackknife over groups of sites and of frequencies, with the random spread of powers.
-    Linear waves: The flux is that of waves whose speed does not depend on their amplitude, and of one branch at each frequency.";
+    Loss factor: Attenuation times group velocity over πf, the share of its energy that a wave loses in a radian; 1/Q.
+    Interval: By the jackknife over groups of sites, and of frequencies or shots.
+    Linear waves: The flux is that of waves whose speed does not depend on their amplitude, of one branch at each frequency.";
 
 /// Decibels of a neper.
 const DECIBELS: f64 = 20.0 / LN_10;
-/// Share of the power without a flux above which it is said.
-const MUCH: f64 = 0.1;
-const WAYS: [&str; 3] = ["plus", "minus", "net"];
 /// Metric prefixes of thousands, from the least on.
 const PREFIXES: [&str; 11] = ["a", "f", "p", "n", "µ", "m", "", "k", "M", "G", "T"];
 
 impl NoFlux {
-    const ALL: [NoFlux; 6] = [
-        NoFlux::NoWave,
-        NoFlux::SeveralWaves,
-        NoFlux::Evanescent,
-        NoFlux::Directions,
-        NoFlux::Velocity,
-        NoFlux::Amplitude,
+    const ALL: [(NoFlux, &str); 5] = [
+        (NoFlux::NoWave, "no wave stands above the noise"),
+        (NoFlux::SeveralWaves, "there is not one wave each way"),
+        (NoFlux::Evanescent, "the wave decays within its length"),
+        (
+            NoFlux::Directions,
+            "the array is too short to tell both directions apart (`--towards plus-x` where nothing comes back)",
+        ),
+        (
+            NoFlux::Velocity,
+            "the wavenumbers do not tell the group velocity (`--group-velocity` or `--dispersion` state it)",
+        ),
     ];
-
-    /// Why, and what can be done.
-    fn words(self) -> [&'static str; 2] {
-        match self {
-            NoFlux::NoWave => ["no wave stands above the noise", ""],
-            NoFlux::SeveralWaves => ["there is not one wave each way", ""],
-            NoFlux::Evanescent => ["the wave decays within its length", ""],
-            NoFlux::Amplitude => ["the wavenumber changes with the amplitude", ""],
-            NoFlux::Directions => [
-                "the array is too short to tell both directions apart",
-                "state `--towards plus-x` or `minus-x` if waves go one way",
-            ],
-            NoFlux::Velocity => [
-                "the wavenumbers do not tell the group velocity",
-                "state it (`--group-velocity`), or the law that it follows from (`--dispersion`)",
-            ],
-        }
-    }
 }
 
 impl Known {
-    fn times(self, factor: f64) -> Known {
-        Known {
-            value: factor * self.value,
-            half: factor.abs() * self.half,
-        }
+    fn words(self, factor: f64, unit: &str) -> String {
+        with_half(factor * self.value, factor * self.half, unit)
     }
 
-    fn words(self, unit: &str) -> String {
-        with_half(self.value, self.half, unit)
-    }
-}
-
-impl FluxBand {
-    /// Names, units and values of what a band says beside the flux.
-    fn quantities(units: &Units) -> [(&'static str, String, fn(&FluxBand) -> Known); 6] {
-        let per = |word: &str| compose(&[word], &[&units.space]);
-        [
-            ("wavenumber", units.wavenumber.clone(), |b| b.wavenumber),
-            ("group_velocity", units.velocity.clone(), |b| {
-                b.group_velocity
-            }),
-            ("attenuation", per("Np"), |b| b.attenuation),
-            ("attenuation_decibels", per("dB"), |b| {
-                b.attenuation.times(DECIBELS)
-            }),
-            ("loss_factor", String::new(), |b| b.loss_factor),
-            ("quality_factor", String::new(), |b| b.quality_factor),
-        ]
+    fn ends(self) -> (f64, f64) {
+        (self.value - self.half, self.value + self.half)
     }
 }
 
 impl Describe for Flux {
     /// Variables: `frequency`, `from`, `to` (bands), `position` (sites); `flux_plus`, `flux_minus`, `flux_net` (bands, sites), their
-    /// totals `total_plus` and others (sites); `wavenumber`, `group_velocity`, `attenuation`, `attenuation_decibels`, `loss_factor`,
-    /// `quality_factor` (bands). Halves of their intervals have `_half` behind the name.
+    /// totals `total_plus` and others (sites); `wavenumber`, `group_velocity`, `attenuation` in Np, `attenuation_decibels`,
+    /// `loss_factor`, `quality_factor` (bands). Halves of their intervals have `_half` behind the name.
     fn describe(&self) -> Sheet<'_> {
         let words = self.units(true);
-        let interval = confidence(self.alpha);
         let mut sheet = Sheet {
             needs_sites_in_step: true,
             about: "flux of energy of waves both ways, and their loss".into(),
             answer: self.answer(),
-            note: format!("Intervals: {interval}."),
+            note: format!("Intervals: {}.", confidence(self.alpha)),
             ..Sheet::of("flux", "Flux of energy", DEFINITIONS)
         };
-        for (name, unit, of) in &FluxBand::quantities(&words)[1..] {
-            let values = self.bands.iter().map(|band| of(band).value);
-            let values = sorted(values.filter(|value| value.is_finite()));
-            if let Some(last) = values.len().checked_sub(1) {
-                let at = |part: f64| number(values[(part * last as f64).round() as usize]);
+        let mut quartiles = |name: &str, unit: &str, of: fn(&FluxBand) -> f64| {
+            let values = sorted(self.bands.iter().map(of).filter(|value| value.is_finite()));
+            let last = values.len().saturating_sub(1) as f64;
+            let at = |part: f64| number(values[(part * last).round() as usize]);
+            if !values.is_empty() {
                 let [low, middle, high] = [0.25, 0.5, 0.75].map(at);
-                let text = format!("{middle} {unit}").trim_end().to_owned();
-                sheet.fact(
-                    name.replace('_', " "),
-                    format!("{text} (half of the bands: {low} to {high})"),
+                let text = format!(
+                    "{} (half of the bands: {low} to {high})",
+                    with_unit_of(&middle, unit)
                 );
+                sheet.fact(name, text);
             }
-        }
-        let text = format!(
-            "{} of the power of all samples is of bands with a flux",
-            percent(self.stated)
+        };
+        quartiles("group velocity", &words.velocity, |b| {
+            b.group_velocity.value
+        });
+        quartiles("loss factor", "", |b| b.loss_factor.value);
+        let stated = percent(self.stated);
+        sheet.fact(
+            "stated",
+            format!("{stated} of the power of all samples is of bands with a flux"),
         );
-        sheet.fact("stated", text);
-        for reason in NoFlux::ALL {
+        for (reason, why) in NoFlux::ALL {
             let without: Vec<_> = self
                 .bands
                 .iter()
                 .filter(|b| b.reason == Some(reason))
                 .collect();
-            if let [first, .., last] | [first @ last] = &without[..] {
-                let [why, advice] = reason.words();
-                let (count, of) = (without.len(), self.bands.len());
-                let ends = [first.from, last.to].map(|f| with_unit(f, &words.frequency));
-                let text = format!(
-                    "at {count} of {of} bands, within {} to {}: {why}",
-                    ends[0], ends[1]
+            if let (Some(first), Some(last)) = (without.first(), without.last()) {
+                let [from, to] = [first.from, last.to].map(|f| with_unit(f, &words.frequency));
+                let count = without.len();
+                sheet.fact(
+                    "without a flux",
+                    format!("{count} bands within {from} to {to}: {why}"),
                 );
-                match self.stated < 1.0 - MUCH && !advice.is_empty() {
-                    true => sheet.warn(format!("no flux is stated {text}"), advice),
-                    false => sheet.fact("without a flux", text),
-                }
             }
         }
         sheet
             .warnings
             .extend_from_slice(&self.scan.analysis.warnings);
-        self.table(&mut sheet, &words);
-        let bands = self.bands.iter().map(|band| {
-            json!({
-                "from": band.from,
-                "to": band.to,
-                "frequency": band.frequency,
-                "reason": band.reason,
-                "wavenumber": band.wavenumber,
-                "group_velocity": band.group_velocity,
-                "attenuation": band.attenuation,
-                "loss_factor": band.loss_factor,
-                "quality_factor": band.quality_factor,
-            })
-        });
-        let ends = |way: usize| [self.total[way].first(), self.total[way].last()];
         sheet.numbers(json!({
             "time_unit": words.time,
             "space_unit": words.space,
             "power_unit": self.power_unit,
-            "is_transient": self.is_transient,
             "independence": self.scan.independence,
             "alpha": self.alpha,
             "stated_share": self.stated,
             "loss_decibels": self.loss,
-            "total_plus": ends(0),
-            "total_minus": ends(1),
-            "total_net": ends(2),
-            "bands": bands.collect::<Vec<_>>(),
+            "total_plus": [self.total[0].first(), self.total[0].last()],
+            "total_minus": [self.total[1].first(), self.total[1].last()],
+            "bands": self.bands,
         }));
         self.variables(&mut sheet);
         sheet
@@ -181,238 +122,171 @@ impl Describe for Flux {
 
     fn pictures(&self) -> Vec<PlotRow> {
         let words = self.units(true);
-        let frequency = words.label(Role::Frequency);
-        let site = if self.is_backward() {
-            self.n_sites - 1
+        let enters = if self.is_backward() {
+            self.scan.analysis.axes.n_sites - 1
         } else {
             0
         };
-        let flux = |name, colour, way: usize| {
-            let values = [&self.density[way], &self.density_half[way]].map(|map| map.column(site));
-            let known = values[0].iter().zip(values[1]);
-            let known = known.map(|(value, half)| Known {
-                value: *value,
-                half: *half,
-            });
-            self.series(name, colour, known)
+        let series = |name: &str, colour, of: &dyn Fn(usize) -> Known| {
+            let known: Vec<Known> = (0..self.bands.len()).map(of).collect();
+            let points = self
+                .bands
+                .iter()
+                .zip(&known)
+                .map(|(b, known)| (b.frequency, known.value));
+            Series {
+                band: Some(Band {
+                    label: confidence(self.alpha),
+                    ends: known.iter().map(|known| known.ends()).collect(),
+                }),
+                ..Series::line(name, colour, points.collect())
+            }
+        };
+        let flux = |name: &str, colour, way: usize| {
+            let [value, half] = &self.density[way];
+            series(name, colour, &|b| Known {
+                value: value[[b, enters]],
+                half: half[[b, enters]],
+            })
         };
         let both = vec![
             flux("towards +x", BLUE, 0),
             flux("towards −x", VERMILLION, 1),
         ];
-        let unit = label("flux", &self.density_unit(&words));
-        let title = format!("flux at site {site}");
-        let flux = Chart::of(title, frequency.clone(), unit, both).about_zero();
-        let loss = self.series(
-            "loss factor",
-            BLUE,
-            self.bands.iter().map(|band| band.loss_factor),
-        );
-        let loss = Chart::of(
-            "loss factor",
-            frequency,
-            String::from("loss factor"),
-            vec![loss],
-        );
+        let loss = vec![series("loss factor", BLUE, &|b| self.bands[b].loss_factor)];
+        let frequency = words.label(Role::Frequency);
+        let unit = label("flux", &compose(&[&self.power_unit], &[&words.frequency]));
+        let title = format!("flux at site {enters}");
         let map = self.scan.map().map(|map| PlotRow::of([map]).high(1.4));
+        let charts = [
+            Chart::of(title, frequency.clone(), unit, both).about_zero(),
+            Chart::of("loss factor", frequency, String::from("loss factor"), loss),
+        ];
         map.into_iter()
-            .chain([PlotRow::of([flux]), PlotRow::of([loss])])
+            .chain(charts.map(|chart| PlotRow::of([chart])))
             .collect()
     }
 }
 
+fn with_unit_of(text: &str, unit: &str) -> String {
+    format!("{text} {unit}").trim_end().into()
+}
+
 impl Flux {
     fn units(&self, is_in_words: bool) -> Units {
+        let axes = &self.scan.analysis.axes;
         let of = if is_in_words {
             Units::in_words
         } else {
             Units::of
         };
-        of(&self.time, &self.space, self.unit.as_deref())
-    }
-
-    fn density_unit(&self, units: &Units) -> String {
-        compose(&[&self.power_unit], &[&units.frequency])
-    }
-
-    /// Values by frequency with their intervals as an area.
-    fn series(&self, name: &str, colour: usize, known: impl Iterator<Item = Known>) -> Series {
-        let known: Vec<Known> = known.collect();
-        let points = self
-            .bands
-            .iter()
-            .zip(&known)
-            .map(|(band, known)| (band.frequency, known.value));
-        Series {
-            band: Some(Band {
-                label: confidence(self.alpha),
-                ends: known
-                    .iter()
-                    .map(|k| (k.value - k.half, k.value + k.half))
-                    .collect(),
-            }),
-            ..Series::line(name, colour, points.collect())
-        }
-        .with(Look::Line)
-    }
-
-    /// A power (energy) with a metric prefix, where its unit takes one: its factor and its unit.
-    fn prefixed(&self, value: f64) -> (f64, String) {
-        let takes = matches!(&self.power_unit[..], "W" | "J") && value.abs() > 0.0;
-        let power = if takes {
-            (value.abs().log10() / 3.0).floor().clamp(-6.0, 4.0)
-        } else {
-            0.0
-        };
-        let prefix = PREFIXES[(power + 6.0) as usize];
-        (1000f64.powf(-power), format!("{prefix}{}", self.power_unit))
+        of(&axes.time, &axes.space, None)
     }
 
     fn answer(&self) -> String {
-        let stated = self
-            .bands
-            .iter()
-            .filter(|band| band.reason.is_none())
-            .count();
-        if stated == 0 {
-            let count = |reason: &NoFlux| {
-                self.bands
-                    .iter()
-                    .filter(|b| b.reason == Some(*reason))
-                    .count()
-            };
+        let count = |reason| self.bands.iter().filter(|b| b.reason == reason).count();
+        if count(None) == 0 {
             let most = NoFlux::ALL
                 .into_iter()
                 .rev()
-                .max_by_key(count)
-                .unwrap_or(NoFlux::NoWave);
-            return format!("no flux can be stated: {}", most.words()[0]);
+                .max_by_key(|(reason, _)| count(Some(*reason)));
+            return format!("no flux can be stated: {}", most.map_or("", |(_, why)| why));
         }
-        let words = self.units(true);
-        let (way, towards, other) = match self.is_backward() {
-            false => (0, "+x", "−x"),
-            true => (1, "−x", "+x"),
+        let (words, last) = (self.units(true), self.scan.analysis.axes.n_sites - 1);
+        let (way, [enters, leaves], [towards, other]) = match self.is_backward() {
+            false => (0, [0, last], ["+x", "−x"]),
+            true => (1, [last, 0], ["−x", "+x"]),
         };
-        let last = self.n_sites - 1;
-        // The sites where these waves enter and leave.
-        let [begin, end] = if self.is_backward() {
-            [last, 0]
+        let [first, reach, back] = [(way, enters), (way, leaves), (1 - way, enters)]
+            .map(|(way, site)| self.total[way][site]);
+        let is_metric = matches!(&self.power_unit[..], "W" | "J") && first.value > 0.0;
+        let thousands = if is_metric {
+            (first.value.log10() / 3.0).floor().clamp(-6.0, 4.0)
         } else {
-            [0, last]
+            0.0
         };
-        let total = &self.total[way];
-        let (factor, unit) = self.prefixed(total[begin].value);
-        let [first, reach] = [begin, end].map(|site| total[site].times(factor));
-        let mut text = format!(
-            "{} pass site {begin} towards {towards}, {} reach site {end}",
-            first.words(&unit),
-            reach.words("")
+        let unit = format!(
+            "{}{}",
+            PREFIXES[(thousands + 6.0) as usize],
+            self.power_unit
         );
-        let back = self.total[1 - way][begin];
-        if back.value > back.half {
-            text += &format!(", {} return towards {other}", back.times(factor).words(""));
-        }
-        text += &format!(
-            ": {} are lost",
-            self.loss.words(&compose(&["dB"], &[&words.space]))
-        );
-        let lost = |band: &usize| {
-            let lost = self.density[way][[*band, begin]] - self.density[way][[*band, end]];
-            lost * (self.bands[*band].to - self.bands[*band].from)
+        let factor = 1000f64.powf(-thousands);
+        let returns = match back.value > back.half {
+            true => format!(", {} return towards {other}", back.words(factor, "")),
+            false => String::new(),
         };
-        let all = (0..self.bands.len()).filter(|band| lost(band).is_finite());
-        let most = all.max_by(|a, b| lost(a).total_cmp(&lost(b)));
-        if let Some(most) = most.filter(|_| self.loss.value > self.loss.half) {
-            text += &format!(
-                ", most at {}",
-                with_unit(self.bands[most].frequency, &words.frequency)
-            );
-        }
-        text
-    }
-
-    fn table(&self, sheet: &mut Sheet, words: &Units) {
-        let site = if self.is_backward() {
-            self.n_sites - 1
-        } else {
-            0
+        let (first, reach) = (first.words(factor, &unit), reach.words(factor, ""));
+        let loss = self.loss.words(1.0, &compose(&["dB"], &[&words.space]));
+        let lost = |b: usize| {
+            let (density, band) = (&self.density[way][0], &self.bands[b]);
+            let lost = (density[[b, enters]] - density[[b, leaves]]) * (band.to - band.from);
+            (lost, band.frequency)
         };
-        let quantities = FluxBand::quantities(words);
-        let density = self.density_unit(words);
-        let head = [
-            format!("f [{}]", words.frequency),
-            format!("towards +x [{density}]"),
-            format!("towards −x [{density}]"),
-            format!("group velocity [{}]", words.velocity),
-            format!("[{}]", quantities[3].1),
-            "loss factor".into(),
-            "Q".into(),
-        ];
-        let shown = |known: Known| match known.value.is_finite() {
-            true => known.words(""),
-            false => "-".into(),
+        let all = (0..self.bands.len())
+            .map(lost)
+            .filter(|(lost, _)| lost.is_finite());
+        let most = match all.max_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((_, f)) if self.loss.value > self.loss.half => {
+                format!(", most at {}", with_unit(f, &words.frequency))
+            }
+            _ => String::new(),
         };
-        let row = |(b, band): (usize, &FluxBand)| {
-            let flux = |way: usize| Known {
-                value: self.density[way][[b, site]],
-                half: self.density_half[way][[b, site]],
-            };
-            let cells = [flux(0), flux(1)].into_iter().map(shown);
-            let others = [1, 3, 4, 5].map(|n: usize| shown(quantities[n].2(band)));
-            std::iter::once(number(band.frequency))
-                .chain(cells)
-                .chain(others)
-                .collect()
-        };
-        let head = head.each_ref().map(String::as_str);
-        let rows = self
-            .bands
-            .iter()
-            .enumerate()
-            .filter(|(_, band)| band.reason.is_none());
-        let title = format!("By frequency, at site {site}");
-        sheet.tables.push(Table::of(title, &head, rows.map(row)));
+        format!(
+            "{first} pass site {enters} towards {towards}, {reach} reach site {leaves}{returns}: {loss} are lost{most}"
+        )
     }
 
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
-        let units = self.units(false);
-        let density = self.density_unit(&units);
-        let bands = |of: fn(&FluxBand) -> f64| self.bands.iter().map(of).collect::<Vec<f64>>();
-        sheet.axis(Role::Frequency, &units, bands(|band| band.frequency));
-        sheet.line(
-            "from",
+        let (units, axes) = (self.units(false), &self.scan.analysis.axes);
+        let [np, db] = ["Np", "dB"].map(|unit| compose(&[unit], &[&units.space]));
+        let [f, k, v] = [&units.frequency[..], &units.wavenumber, &units.velocity];
+        sheet.axis(Role::Position, &units, axes.positions());
+        sheet.columns(
             "frequency",
-            &units.frequency,
-            bands(|band| band.from),
+            &self.bands,
+            &[
+                ("frequency", f, |b| b.frequency),
+                ("from", f, |b| b.from),
+                ("to", f, |b| b.to),
+                ("wavenumber", k, |b| b.wavenumber.value),
+                ("wavenumber_half", k, |b| b.wavenumber.half),
+                ("group_velocity", v, |b| b.group_velocity.value),
+                ("group_velocity_half", v, |b| b.group_velocity.half),
+                ("attenuation", &np, |b| b.attenuation.value),
+                ("attenuation_half", &np, |b| b.attenuation.half),
+                ("attenuation_decibels", &db, |b| {
+                    DECIBELS * b.attenuation.value
+                }),
+                ("attenuation_decibels_half", &db, |b| {
+                    DECIBELS * b.attenuation.half
+                }),
+                ("loss_factor", "", |b| b.loss_factor.value),
+                ("loss_factor_half", "", |b| b.loss_factor.half),
+                ("quality_factor", "", |b| 1.0 / b.loss_factor.value),
+                ("quality_factor_half", "", |b| {
+                    b.loss_factor.half / b.loss_factor.value.powi(2)
+                }),
+            ],
         );
-        sheet.line("to", "frequency", &units.frequency, bands(|band| band.to));
-        let positions: Vec<f64> = (0..self.n_sites).map(|j| self.space.at(j)).collect();
-        sheet.axis(Role::Position, &units, positions);
-        for (name, unit, of) in FluxBand::quantities(&units) {
-            let known: Vec<Known> = self.bands.iter().map(of).collect();
-            pair(sheet, name, "frequency", &unit, &known);
-        }
-        for (way, name) in WAYS.iter().enumerate() {
-            let plane = |sheet: &mut Sheet<'a>, name: &str, values: &'a Array2<f64>| {
-                sheet.plane(name, ["frequency", "position"], &density, values);
-            };
-            plane(sheet, &format!("flux_{name}"), &self.density[way]);
-            plane(sheet, &format!("flux_{name}_half"), &self.density_half[way]);
-            pair(
-                sheet,
-                &format!("total_{name}"),
-                "position",
-                &self.power_unit,
-                &self.total[way],
-            );
+        let density = compose(&[&self.power_unit], &[f]);
+        for (way, name) in ["plus", "minus", "net"].into_iter().enumerate() {
+            let total =
+                |of: fn(&Known) -> f64| self.total[way].iter().map(of).collect::<Vec<f64>>();
+            let totals = [total(|known| known.value), total(|known| known.half)];
+            for ((end, values), total) in ["", "_half"].iter().zip(&self.density[way]).zip(totals) {
+                sheet.plane(
+                    &format!("flux_{name}{end}"),
+                    ["frequency", "position"],
+                    &density,
+                    values,
+                );
+                sheet.line(
+                    &format!("total_{name}{end}"),
+                    "position",
+                    &self.power_unit,
+                    total,
+                );
+            }
         }
     }
-}
-
-/// Adds an array and the halves of its intervals.
-fn pair(sheet: &mut Sheet, name: &str, dimension: &str, unit: &str, known: &[Known]) {
-    let values: Vec<f64> = known.iter().map(|known| known.value).collect();
-    let halves: Vec<f64> = known.iter().map(|known| known.half).collect();
-    sheet.line(name, dimension, unit, values);
-    sheet.line(&format!("{name}_half"), dimension, unit, halves);
 }

@@ -213,9 +213,7 @@ class FluxOptions(ShotOptions, total=False):
     group_velocity: Measure
     dispersion: str
     towards: Literal["both", "plus-x", "minus-x"]
-    band: Range
     bands: int
-    window: Window
 
 
 @documented
@@ -229,7 +227,7 @@ def flux(field: Any, *, progress: Progress = None, **options: Unpack[FluxOptions
     **options
         Those of ``cascade flux``: ``mass_per_length`` (``"0.3kg/m"``), ``group_velocity`` or
         ``dispersion`` (``"c*k^2; c=0.5"``), ``towards`` as ``"both"``, ``"plus-x"`` or ``"minus-x"``,
-        ``band=(from, to)``, ``bands``, ``window``, ``gaps``, ``significance``, ``threads``, and how the
+        ``bands``, ``gaps``, ``significance``, ``threads``, and how the
         field is read.
 
     Returns

@@ -131,27 +131,12 @@ impl Dispersion {
     ///
     /// # Errors
     /// [`Error::Unfit`] for units of a table that do not fit those of the axes.
-    pub(super) fn on(&self, axes: &Axes) -> Result<DispersionCurve> {
+    pub(crate) fn on(&self, axes: &Axes) -> Result<DispersionCurve> {
         let site = axes.space.step;
         let nyquist = PI / site;
         let points = (0..=INTERVALS).map(|n| 2.0 * n as f64 / INTERVALS as f64 - 1.0);
         let wavenumber: Vec<f64> = points.map(|part| nyquist * part).collect();
-        let branches = self.at(axes, &wavenumber)?;
-        let branches = branches.into_iter().flat_map(both_directions);
-        Ok(DispersionCurve {
-            name: self.name.clone(),
-            wavenumber,
-            branches: branches.collect(),
-        })
-    }
-
-    /// Angular frequencies of each branch at ascending wavenumbers, on the axes of a field; not finite in gaps.
-    ///
-    /// # Errors
-    /// [`Error::Unfit`] for units of a table that do not fit those of the axes.
-    pub(crate) fn at(&self, axes: &Axes, wavenumber: &[f64]) -> Result<Vec<Vec<f64>>> {
-        let site = axes.space.step;
-        Ok(match &self.relation {
+        let omega = match &self.relation {
             Relation::Lattice { cell, spacing } => {
                 let a = spacing.unwrap_or(site);
                 let at: Vec<_> = wavenumber.iter().map(|k| cell.frequencies(k * a)).collect();
@@ -162,7 +147,13 @@ impl Dispersion {
                 let node = at_sites(text, constants, site)?;
                 vec![wavenumber.iter().map(|&k| node.at(k)).collect()]
             }
-            Relation::Table(table) => table.branches(axes, wavenumber)?,
+            Relation::Table(table) => table.branches(axes, &wavenumber)?,
+        };
+        let branches = omega.into_iter().flat_map(both_directions);
+        Ok(DispersionCurve {
+            name: self.name.clone(),
+            wavenumber,
+            branches: branches.collect(),
         })
     }
 }

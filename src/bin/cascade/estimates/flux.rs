@@ -1,13 +1,12 @@
 //! `cascade flux`: flux of energy, and its loss.
 
 use clap::Args;
-use wavecascade::analyze::{Constants, Dispersion};
+use wavecascade::analyze::Constants;
 use wavecascade::chain::{NoBranches, UnitCell};
 use wavecascade::field::is_run_file;
 use wavecascade::flux::{FluxRequest, GroupVelocity, flux};
-use wavecascade::measure::{Frequency, Length, LinearDensity, Measure, Speed, Time, size};
+use wavecascade::measure::{Length, LinearDensity, Measure, Speed, Time, size};
 use wavecascade::observer::Observer;
-use wavecascade::prepare::Window;
 use wavecascade::report::RunFile;
 use wavecascade::transform::Travelling;
 use wavecascade::{Error, Field};
@@ -17,7 +16,6 @@ use crate::described::Found;
 use crate::dispersion::read;
 use crate::estimates::{Estimate, EstimateArgs};
 use crate::parse;
-use crate::show_args::{AxisUnits, Ends, ends};
 
 /// What `cascade flux` takes.
 #[derive(Debug, Args)]
@@ -37,15 +35,9 @@ pub struct Flux {
     /// Waves that there are.
     #[arg(long, value_enum, default_value_t = WayArg::Both)]
     pub towards: WayArg,
-    /// Frequencies [default: those at which waves are found].
-    #[arg(long, value_name = "FROM:TO", value_parser = ends::<Frequency>)]
-    pub band: Option<Ends<Frequency>>,
-    /// Parts of the band with a number each, at most.
+    /// Parts with a number each of the frequencies at which waves are found, at most.
     #[arg(long, value_name = "N", default_value_t = FluxRequest::default().bands)]
     pub bands: usize,
-    /// Taper of the whole records [default: none for transients, hann for steady records].
-    #[arg(long, value_name = "WINDOW")]
-    pub window: Option<Window>,
     /// What to do with samples that are not finite.
     #[arg(long, value_enum, default_value_t = GapsArg::Refuse)]
     pub gaps: GapsArg,
@@ -70,47 +62,27 @@ choice!(
 );
 
 impl Flux {
-    fn relation(&self) -> Result<Option<Dispersion>, Error> {
-        let relation = self.dispersion.as_ref();
-        relation
-            .map(|text| read(text, &Constants::new()))
-            .transpose()
-    }
-
-    /// Refuses runs in which any amplitude changes the speed of waves.
-    fn check_linear(&self) -> Result<(), Error> {
-        for path in self.estimate.fields.iter().filter(|path| path.is_file()) {
-            if is_run_file(path)? {
-                let (setup, _) = RunFile::read_scene(path)?;
-                let cell = UnitCell::of(&setup.simulation.chain);
-                if let Err(none @ NoBranches::NoLinearLimit) = cell {
-                    let expected = "waves whose speed does not depend on their amplitude";
-                    return Err(Error::request("field", expected, none));
-                }
-            }
+    fn group_velocity(&self, field: Option<&Field>) -> Result<GroupVelocity, Error> {
+        if let Some(relation) = &self.dispersion {
+            return Ok(GroupVelocity::Of(read(relation, &Constants::new())?));
         }
-        Ok(())
-    }
-
-    fn velocity(&self, field: &Field) -> Result<GroupVelocity, Error> {
         let Some(velocity) = self.group_velocity else {
-            return Ok(self
-                .relation()?
-                .map_or(GroupVelocity::Measured, GroupVelocity::Of));
+            return Ok(GroupVelocity::Measured);
         };
         let sizes = || {
-            let length = size::<Length>(field.space.unit.as_deref()?)?;
-            Some(length / size::<Time>(field.time.unit.as_deref()?)?)
+            let length = size::<Length>(field?.space.unit.as_deref()?)?;
+            Some(length / size::<Time>(field?.time.unit.as_deref()?)?)
         };
-        let factor = if velocity.has_unit {
+        let unit = if velocity.has_unit {
             sizes()
         } else {
             Some(1.0)
         };
         let expected = "a number: times or positions have no unit that is known";
-        let found = || format!("{velocity:?}");
-        let factor = factor.ok_or_else(|| Error::request("group-velocity", expected, found()))?;
-        Ok(GroupVelocity::Stated(velocity.value / factor))
+        let refused = || Error::request("group-velocity", expected, format!("{velocity:?}"));
+        Ok(GroupVelocity::Stated(
+            velocity.value / unit.ok_or_else(refused)?,
+        ))
     }
 }
 
@@ -123,24 +95,27 @@ impl Estimate for Flux {
         &self.estimate
     }
 
+    /// Runs in which any amplitude changes the speed of waves are refused.
     fn check(&self) -> Result<(), Error> {
-        self.relation().map(|_| ())
+        for path in self.estimate.fields.iter().filter(|path| path.is_file()) {
+            if is_run_file(path)? {
+                let (setup, _) = RunFile::read_scene(path)?;
+                if let Err(none @ NoBranches::NoLinearLimit) = UnitCell::of(&setup.simulation.chain)
+                {
+                    let expected = "waves whose speed does not depend on their amplitude";
+                    return Err(Error::request("field", expected, none));
+                }
+            }
+        }
+        Ok(())
     }
 
     fn find(&self, fields: &[&Field], observer: &dyn Observer) -> Result<Found, Error> {
-        let first = fields.first().copied();
-        let first = first.ok_or_else(|| Error::request("field", "one", "none"))?;
-        self.check_linear()?;
-        let band = self
-            .band
-            .map(|band| AxisUnits::of(first).ends("band", band));
         let request = FluxRequest {
             mass_per_length: self.mass_per_length,
-            group_velocity: self.velocity(first)?,
+            group_velocity: self.group_velocity(fields.first().copied())?,
             towards: self.towards.into(),
-            band: band.transpose()?,
             bands: self.bands,
-            window: self.window,
             gaps: self.gaps.into(),
             alpha: self.significance,
             threads: self.estimate.threads(),
