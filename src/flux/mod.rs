@@ -24,8 +24,6 @@ use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Window};
 use crate::ridges::{RidgePoint, Ridges, RidgesRequest, ridges};
 use crate::sheet::Units;
-use crate::system::check_memory;
-use crate::system::memory::half_of_free_memory;
 use crate::system::threads::in_pool;
 use crate::transform::{Travelling, fold, frequencies};
 use crate::unit::{compose, square};
@@ -34,7 +32,7 @@ use band::{Band, Found, GROUPS, Numbers, Row};
 /// Frequencies of a band at least, where there are as many.
 const LEAST_ROWS: usize = 8;
 /// Points of ridges that the search of a band starts from.
-const STARTS: usize = 5;
+const STARTS: usize = 3;
 /// Share of the power of the strongest ridge above which another, so many resolutions away, is a second wave.
 const SECOND: f64 = 0.05;
 const APART: f64 = 2.0;
@@ -197,13 +195,22 @@ impl Flux {
 pub fn flux(fields: &[&Field], request: &FluxRequest, observer: &dyn Observer) -> Result<Flux> {
     check_significance(request.alpha)?;
     Error::require(request.bands > 0, "bands", "at least one", 0)?;
-    let scan = RidgesRequest {
-        gaps: request.gaps,
-        threads: request.threads,
-        memory: request.memory,
-        ..RidgesRequest::default()
+    let scan = |segment| {
+        let request = RidgesRequest {
+            segment,
+            gaps: request.gaps,
+            threads: request.threads,
+            memory: request.memory,
+            ..RidgesRequest::default()
+        };
+        ridges(fields, &request, observer)
     };
-    let scan = ridges(fields, &scan, observer)?;
+    let mut found = scan(None)?;
+    // A transient is seen best whole.
+    if found.independence.is_transient() {
+        found = scan(Some(fields[0].n_times()))?;
+    }
+    let scan = found;
     let quantity = fields[0].quantity;
     let is_velocity = quantity == Quantity::Velocity;
     Error::require(is_velocity, "quantity", "velocities", quantity.name())?;
@@ -258,11 +265,6 @@ impl<'a> Search<'a> {
         let shots = Shots::new(fields, request.gaps, request.memory, n_times, observer)?;
         let held = 32 * (realisations.bins() * shots.tiles() * TOGETHER * shots.count()) as u64;
         let what = "the spectra of all sites, which are held,";
-        check_memory(
-            what,
-            held,
-            Some(request.memory.unwrap_or_else(half_of_free_memory)),
-        )?;
         let mut tiles: Vec<Vec<Complex<f64>>> = vec![Vec::new(); shots.tiles()];
         shots.each(shots.block(what, held)?, |shot| {
             shot.each_tile("spectra", &mut tiles, |scratch, _, records, tile| {
@@ -305,7 +307,8 @@ impl<'a> Search<'a> {
         while self.law.is_none() {
             let again = |b: usize| {
                 let own = &bands[b];
-                let is_open = own.found.is_none() && own.reason != Some(NoFlux::SeveralWaves);
+                let is_open = own.found.is_none()
+                    && self.starts(&bins[b]).err() != Some(NoFlux::SeveralWaves);
                 let beside = [b.checked_sub(1), Some(b + 1)];
                 let mut beside = beside.into_iter().flatten().filter_map(|b| bands.get(b));
                 let known = beside.find(|band| is_open && band.found.is_some())?;
@@ -480,7 +483,8 @@ impl<'a> Search<'a> {
             found.over_noise > OVER_NOISE && is_known(|n| n.loss) && is_known(|n| n.wavenumber);
         let is_moving = velocity > 0.0 && found.error(|n| n.velocity) < VELOCITY_KNOWN * velocity;
         match () {
-            () if !is_wave => Err(NoFlux::NoWave),
+            // Ridges are above the noise, so that what is not explained is other waves.
+            () if !is_wave => Err(NoFlux::SeveralWaves),
             () if loss.abs() > wavenumber.abs() / TAU && wavenumber != 0.0 => {
                 Err(NoFlux::Evanescent)
             }
@@ -550,27 +554,23 @@ impl<'a> Search<'a> {
             let at = |site| known(&stated, &|numbers| self.at(numbers, site)[way]);
             (0..self.n_sites).map(at).collect::<Vec<Known>>()
         });
-        let bins = self.frequency.len();
-        let power = |row: usize| -> f64 {
-            let squares = self.spectra[row].iter().map(Complex::norm_sqr);
-            fold(row % bins, self.n_times) * squares.sum::<f64>()
-        };
-        let is_stated = |row: &usize| {
-            let within =
-                |band: &FluxBand| (band.from..band.to).contains(&self.frequency[row % bins]);
-            bands
-                .iter()
-                .any(|band| band.found.is_some() && within(band))
-        };
-        let rows = 0..self.spectra.len();
-        let all: f64 = rows.clone().filter(|row| row % bins > 0).map(power).sum();
+        let mut powers = [0.0; 2];
+        for (row, spectrum) in self.spectra.iter().enumerate() {
+            let bin = row % self.frequency.len();
+            let within = |b: &FluxBand| (b.from..b.to).contains(&self.frequency[bin]);
+            let is_stated = bands.iter().any(|b| b.found.is_some() && within(b));
+            let squares: f64 = spectrum.iter().map(Complex::norm_sqr).sum();
+            let power = fold(bin, self.n_times) * squares;
+            powers[0] += if is_stated { power } else { 0.0 };
+            powers[1] += if is_stated || bin > 0 { power } else { 0.0 };
+        }
         let mut flux = Flux {
             scan: self.scan.clone(),
             power_unit: self.power.1.clone(),
             alpha: self.request.alpha,
             density,
             loss: Known::NONE,
-            stated: rows.filter(is_stated).map(power).sum::<f64>() / all,
+            stated: powers[0] / powers[1],
             total,
             bands: Vec::new(),
         };

@@ -7,8 +7,8 @@ use serde_json::json;
 use super::{Flux, FluxBand, Known, NoFlux};
 use crate::numeric::sorted;
 use crate::sheet::{
-    BLUE, Band, Chart, Describe, PlotRow, Role, Series, Sheet, Units, VERMILLION, confidence,
-    number, percent, with_half, with_unit,
+    BLUE, Chart, Describe, PlotRow, Role, Series, Sheet, Units, VERMILLION, confidence, percent,
+    with_half, with_range, with_unit,
 };
 use crate::unit::{compose, label};
 
@@ -42,12 +42,26 @@ impl NoFlux {
 }
 
 impl Known {
-    fn words(self, factor: f64, unit: &str) -> String {
-        with_half(factor * self.value, factor * self.half, unit)
+    fn times(self, factor: f64) -> Known {
+        Known {
+            value: factor * self.value,
+            half: factor * self.half,
+        }
     }
 
-    fn ends(self) -> (f64, f64) {
-        (self.value - self.half, self.value + self.half)
+    fn words(self, unit: &str) -> String {
+        with_half(self.value, self.half, unit)
+    }
+}
+
+impl FluxBand {
+    /// `1 / loss factor`.
+    pub fn quality_factor(&self) -> Known {
+        let Known { value, half } = self.loss_factor;
+        Known {
+            value: 1.0 / value,
+            half: half / (value * value),
+        }
     }
 }
 
@@ -64,23 +78,16 @@ impl Describe for Flux {
             note: format!("Intervals: {}.", confidence(self.alpha)),
             ..Sheet::of("flux", "Flux of energy", DEFINITIONS)
         };
-        let mut quartiles = |name: &str, unit: &str, of: fn(&FluxBand) -> f64| {
-            let values = sorted(self.bands.iter().map(of).filter(|value| value.is_finite()));
-            let last = values.len().saturating_sub(1) as f64;
-            let at = |part: f64| number(values[(part * last).round() as usize]);
-            if !values.is_empty() {
-                let [low, middle, high] = [0.25, 0.5, 0.75].map(at);
-                let text = format!(
-                    "{} (half of the bands: {low} to {high})",
-                    with_unit_of(&middle, unit)
-                );
-                sheet.fact(name, text);
-            }
-        };
-        quartiles("group velocity", &words.velocity, |b| {
-            b.group_velocity.value
-        });
-        quartiles("loss factor", "", |b| b.loss_factor.value);
+        let factors = self.bands.iter().map(|band| band.loss_factor.value);
+        let factors = sorted(factors.filter(|value| value.is_finite()));
+        if let Some(last) = factors.len().checked_sub(1) {
+            let [low, middle, high] = [last / 4, last / 2, last - last / 4].map(|n| factors[n]);
+            let text = with_range(low, middle, high);
+            sheet.fact(
+                "loss factor",
+                format!("{text}, median and quartiles of the bands"),
+            );
+        }
         let stated = percent(self.stated);
         sheet.fact(
             "stated",
@@ -128,25 +135,15 @@ impl Describe for Flux {
             0
         };
         let series = |name: &str, colour, of: &dyn Fn(usize) -> Known| {
-            let known: Vec<Known> = (0..self.bands.len()).map(of).collect();
-            let points = self
-                .bands
-                .iter()
-                .zip(&known)
-                .map(|(b, known)| (b.frequency, known.value));
-            Series {
-                band: Some(Band {
-                    label: confidence(self.alpha),
-                    ends: known.iter().map(|known| known.ends()).collect(),
-                }),
-                ..Series::line(name, colour, points.collect())
-            }
+            let points = self.bands.iter().map(|band| band.frequency).enumerate();
+            let points = points.map(|(b, f)| [f, of(b).value, of(b).half]);
+            Series::with_errors(name, colour, points)
         };
         let flux = |name: &str, colour, way: usize| {
-            let [value, half] = &self.density[way];
+            let [value, half] = self.density[way].each_ref().map(|map| map.column(enters));
             series(name, colour, &|b| Known {
-                value: value[[b, enters]],
-                half: half[[b, enters]],
+                value: value[b],
+                half: half[b],
             })
         };
         let both = vec![
@@ -166,10 +163,6 @@ impl Describe for Flux {
             .chain(charts.map(|chart| PlotRow::of([chart])))
             .collect()
     }
-}
-
-fn with_unit_of(text: &str, unit: &str) -> String {
-    format!("{text} {unit}").trim_end().into()
 }
 
 impl Flux {
@@ -212,11 +205,14 @@ impl Flux {
         );
         let factor = 1000f64.powf(-thousands);
         let returns = match back.value > back.half {
-            true => format!(", {} return towards {other}", back.words(factor, "")),
+            true => format!(", {} return towards {other}", back.times(factor).words("")),
             false => String::new(),
         };
-        let (first, reach) = (first.words(factor, &unit), reach.words(factor, ""));
-        let loss = self.loss.words(1.0, &compose(&["dB"], &[&words.space]));
+        let (first, reach) = (
+            first.times(factor).words(&unit),
+            reach.times(factor).words(""),
+        );
+        let loss = self.loss.words(&compose(&["dB"], &[&words.space]));
         let lost = |b: usize| {
             let (density, band) = (&self.density[way][0], &self.bands[b]);
             let lost = (density[[b, enters]] - density[[b, leaves]]) * (band.to - band.from);
@@ -240,51 +236,50 @@ impl Flux {
         let (units, axes) = (self.units(false), &self.scan.analysis.axes);
         let [np, db] = ["Np", "dB"].map(|unit| compose(&[unit], &[&units.space]));
         let [f, k, v] = [&units.frequency[..], &units.wavenumber, &units.velocity];
+        let band = |of: fn(&FluxBand) -> f64| self.bands.iter().map(of).collect::<Vec<f64>>();
         sheet.axis(Role::Position, &units, axes.positions());
-        sheet.columns(
-            "frequency",
-            &self.bands,
-            &[
-                ("frequency", f, |b| b.frequency),
-                ("from", f, |b| b.from),
-                ("to", f, |b| b.to),
-                ("wavenumber", k, |b| b.wavenumber.value),
-                ("wavenumber_half", k, |b| b.wavenumber.half),
-                ("group_velocity", v, |b| b.group_velocity.value),
-                ("group_velocity_half", v, |b| b.group_velocity.half),
-                ("attenuation", &np, |b| b.attenuation.value),
-                ("attenuation_half", &np, |b| b.attenuation.half),
-                ("attenuation_decibels", &db, |b| {
-                    DECIBELS * b.attenuation.value
-                }),
-                ("attenuation_decibels_half", &db, |b| {
-                    DECIBELS * b.attenuation.half
-                }),
-                ("loss_factor", "", |b| b.loss_factor.value),
-                ("loss_factor_half", "", |b| b.loss_factor.half),
-                ("quality_factor", "", |b| 1.0 / b.loss_factor.value),
-                ("quality_factor_half", "", |b| {
-                    b.loss_factor.half / b.loss_factor.value.powi(2)
-                }),
-            ],
-        );
+        sheet.axis(Role::Frequency, &units, band(|band| band.frequency));
+        sheet.line("from", "frequency", f, band(|band| band.from));
+        sheet.line("to", "frequency", f, band(|band| band.to));
+        let quantities: [(&str, &str, fn(&FluxBand) -> Known); 6] = [
+            ("wavenumber", k, |b| b.wavenumber),
+            ("group_velocity", v, |b| b.group_velocity),
+            ("attenuation", &np, |b| b.attenuation),
+            ("attenuation_decibels", &db, |b| {
+                b.attenuation.times(DECIBELS)
+            }),
+            ("loss_factor", "", |b| b.loss_factor),
+            ("quality_factor", "", |b| b.quality_factor()),
+        ];
+        let pair = |sheet: &mut Sheet, [name, dimension, unit]: [&str; 3], known: Vec<Known>| {
+            let [values, halves]: [Vec<f64>; 2] = [
+                known.iter().map(|known| known.value).collect(),
+                known.iter().map(|known| known.half).collect(),
+            ];
+            sheet.line(name, dimension, unit, values);
+            sheet.line(&format!("{name}_half"), dimension, unit, halves);
+        };
+        for (name, unit, of) in quantities {
+            pair(
+                sheet,
+                [name, "frequency", unit],
+                self.bands.iter().map(of).collect(),
+            );
+        }
         let density = compose(&[&self.power_unit], &[f]);
         for (way, name) in ["plus", "minus", "net"].into_iter().enumerate() {
-            let total =
-                |of: fn(&Known) -> f64| self.total[way].iter().map(of).collect::<Vec<f64>>();
-            let totals = [total(|known| known.value), total(|known| known.half)];
-            for ((end, values), total) in ["", "_half"].iter().zip(&self.density[way]).zip(totals) {
+            let total = format!("total_{name}");
+            pair(
+                sheet,
+                [&total, "position", &self.power_unit],
+                self.total[way].clone(),
+            );
+            for (end, values) in ["", "_half"].iter().zip(&self.density[way]) {
                 sheet.plane(
                     &format!("flux_{name}{end}"),
                     ["frequency", "position"],
                     &density,
                     values,
-                );
-                sheet.line(
-                    &format!("total_{name}{end}"),
-                    "position",
-                    &self.power_unit,
-                    total,
                 );
             }
         }
