@@ -71,7 +71,7 @@
 //! | module | what it answers |
 //! |---|---|
 //! | [`field`], [`prepare`], [`transform`] | a field from files of laboratories, its gaps and trends, its transforms |
-//! | [`mod@analyze`], [`moved`], [`ridges`] | spectra and what moved; dispersion |
+//! | [`mod@analyze`], [`moved`], [`ridges`], [`mod@flux`] | spectra and what moved; dispersion; flux of energy and its loss |
 //! | [`estimates`] | spectra, coherence, bicoherence, modes, increments, slopes with intervals |
 //! | [`chain`], [`mod@budget`], [`sweep`] | chains of bodies in contact, where their energy goes, many of them |
 //! | [`fit`], [`design`], [`attenuation`], [`localized`] | from a measurement to a chain, and to the chain that is wanted |
@@ -92,6 +92,7 @@ pub mod error;
 pub mod estimates;
 pub mod field;
 pub mod fit;
+pub mod flux;
 mod formula;
 pub mod localized;
 pub mod measure;

@@ -159,6 +159,7 @@ dimensions! {
         "hour" = "h", "hours" = "h";
     Speed, "a speed": "m/s" = 1.0, "km/s" = 1e3, "cm/s" = 1e-2, "mm/s" = 1e-3;
     Mass, "a mass": "kg" = 1.0, "g" = 1e-3, "mg" = 1e-6;
+    LinearDensity, "a mass per length": "kg/m" = 1.0, "g/m" = 1e-3, "mg/m" = 1e-6, "g/cm" = 0.1, "g/mm" = 1.0, "kg/mm" = 1e3;
     Density, "a density": "kg/m^3" = 1.0, "g/cm^3" = 1e3;
     Pressure, "a pressure": "Pa" = 1.0, "kPa" = 1e3, "MPa" = 1e6, "GPa" = 1e9;
     Force, "a force": "N" = 1.0, "kN" = 1e3, "mN" = 1e-3;

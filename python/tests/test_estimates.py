@@ -52,6 +52,7 @@ CASES = [
     ("increments", {"separations": [1, 2, 4, 8], "lags": [1, 3], "band": (1, 8), "histograms": 2}),
     ("slope", {"band": (0.3, 2.5), "frames": 5, "dt": 0.1}),
     ("slope", {"along": "time", "band": (0.02, 0.4), "breaks": 0, "segment": 64}),
+    ("flux", {"mass_per_length": 0.3, "bands": 4, "towards": "plus-x"}),
     ("ridges", {"segment": 64, "fit": "c*abs(k); c=1", "window_space": "none", "cut": "wavenumber"}),
 ]
 

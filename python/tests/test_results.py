@@ -109,6 +109,7 @@ def results(field):
         "increments": wc.increments(field),
         "slope": wc.slope(field, band=(0.3, 2.5)),
         "ridges": wc.ridges(field),
+        "flux": wc.flux(field),
         "budget": wc.budget(chain),
         "triads": wc.triads(wc.simulate(springs)),
         "wave": wc.localize(profile=2),

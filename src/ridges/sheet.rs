@@ -238,7 +238,7 @@ impl Ridges {
     }
 
     /// The spectrum, with the curves over it.
-    fn map(&self) -> Option<HeatChart> {
+    pub(crate) fn map(&self) -> Option<HeatChart> {
         let analysis = &self.analysis;
         let map = analysis.spacetime_map.as_ref()?.shown();
         Some(HeatChart {

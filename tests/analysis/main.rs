@@ -10,6 +10,7 @@ mod display;
 mod figures_html;
 mod figures_layout;
 mod figures_plot;
+mod flux;
 mod gaps;
 mod hard_cases;
 mod headline;

@@ -17,15 +17,15 @@ use wavecascade::reference::LatticeImpact;
 use wavecascade::ridges::{RidgeCut, RidgeLaw, Ridges, RidgesRequest, ridges};
 
 /// Integers of a linear congruential generator, in -1 to 1.
-struct Noise(u64);
+pub(super) struct Noise(pub u64);
 
 impl Noise {
-    fn next(&mut self) -> f64 {
+    pub fn next(&mut self) -> f64 {
         self.0 = (1_103_515_245 * self.0 + 12_345) % (1 << 31);
         self.0 as f64 / f64::from(1 << 30) - 1.0
     }
 
-    fn gaussian(&mut self) -> f64 {
+    pub fn gaussian(&mut self) -> f64 {
         (0..12).map(|_| self.next()).sum::<f64>() / 2.0
     }
 }

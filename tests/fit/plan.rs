@@ -14,10 +14,9 @@ use super::made::Measurement;
 const QUANTILE: f64 = 1.959_964;
 
 fn planned(request: &PlanRequest, scene: &str) -> Planned {
-    let found = request
+    request
         .run(&SceneSource::new(None, scene), &Silent)
-        .unwrap();
-    found
+        .unwrap()
 }
 
 fn chain(more: &str) -> String {

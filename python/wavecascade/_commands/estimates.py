@@ -35,7 +35,7 @@ from wavecascade._keywords.words import Progress, observed, words
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["bicoherence", "coherence", "increments", "modes", "ridges", "slope", "spectrum"]
+__all__ = ["bicoherence", "coherence", "flux", "increments", "modes", "ridges", "slope", "spectrum"]
 
 #: Parts of summaries that repeat arrays.
 _IN_ARRAYS = frozenset({"columns", "delays", "outputs", "speeds"})
@@ -204,6 +204,42 @@ def coherence(
         (``independence``), the level of significance and the ``velocity`` of the waves are attributes.
     """
     return _made("coherence", CoherenceOptions, field, options, progress, other, {"reference": 0})
+
+
+class FluxOptions(ShotOptions, total=False):
+    """The options of ``cascade flux``."""
+
+    mass_per_length: Measure
+    group_velocity: Measure
+    dispersion: str
+    towards: Literal["both", "plus-x", "minus-x"]
+    bands: int
+
+
+@documented
+def flux(field: Any, *, progress: Progress = None, **options: Unpack[FluxOptions]) -> xr.Dataset:
+    """Flux of energy both ways, by frequency and site, and the loss of the waves.
+
+    P(f, x) = m v_g |A|^2 exp(-2 a x) of the waves A exp(-(a + i k) x) towards +x, and of those towards -x.
+
+    Parameters
+    ----------
+    **options
+        Those of ``cascade flux``: ``mass_per_length`` (``"0.3kg/m"``), ``group_velocity`` or
+        ``dispersion`` (``"c*k^2; c=0.5"``), ``towards`` as ``"both"``, ``"plus-x"`` or ``"minus-x"``,
+        ``bands``, ``gaps``, ``significance``, ``threads``, and how the
+        field is read.
+
+    Returns
+    -------
+    xarray.Dataset or dict
+        ``flux_plus``, ``flux_minus``, ``flux_net`` ``(frequency, position)``, their totals
+        ``total_plus`` and so on ``(position)``; ``wavenumber``, ``group_velocity``, ``attenuation``,
+        ``attenuation_decibels``, ``loss_factor``, ``quality_factor`` ``(frequency)``; half of each
+        interval has ``_half`` behind the name; NaN where none is stated, with the reason in the attribute
+        ``bands``.
+    """
+    return _made("flux", FluxOptions, field, options, progress)
 
 
 class IncrementsOptions(ShotOptions, total=False):
@@ -387,6 +423,7 @@ class EstimateMethods(FieldMethods):
 
     bicoherence = method(bicoherence)
     coherence = method(coherence)
+    flux = method(flux)
     increments = method(increments)
     modes = method(modes)
     ridges = method(ridges)

@@ -131,7 +131,7 @@ impl Dispersion {
     ///
     /// # Errors
     /// [`Error::Unfit`] for units of a table that do not fit those of the axes.
-    pub(super) fn on(&self, axes: &Axes) -> Result<DispersionCurve> {
+    pub(crate) fn on(&self, axes: &Axes) -> Result<DispersionCurve> {
         let site = axes.space.step;
         let nyquist = PI / site;
         let points = (0..=INTERVALS).map(|n| 2.0 * n as f64 / INTERVALS as f64 - 1.0);

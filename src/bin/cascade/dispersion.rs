@@ -100,7 +100,8 @@ fn constants(
     Ok(known)
 }
 
-fn read(one: &str, known: &Constants) -> Result<Dispersion, Error> {
+/// A relation that is typed, or that of a table.
+pub fn read(one: &str, known: &Constants) -> Result<Dispersion, Error> {
     let path = Path::new(one);
     let extension = path.extension().unwrap_or_default();
     match extension.eq_ignore_ascii_case("csv") {

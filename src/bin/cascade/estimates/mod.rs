@@ -3,6 +3,7 @@
 pub mod averages;
 pub mod bicoherence;
 pub mod coherence;
+pub mod flux;
 pub mod increments;
 pub mod modes;
 pub mod parts;
@@ -41,6 +42,13 @@ pub enum EstimateCommand {
     /// branches and located between bins. Each place and each velocity has its error.
     #[command(after_help = "Example: cascade ridges scan.npz")]
     Ridges(Box<ridges::Ridges>),
+    /// Measure the flux of energy and its loss: power both ways, loss factors.
+    ///
+    /// Of the waves of one branch in a linear waveguide: mass per length times group velocity times twice the density of kinetic
+    /// energy, at each frequency and site, towards +x and towards -x, and how it decays along x. Each number has its
+    /// interval.
+    #[command(after_help = "Example: cascade flux scan.npz --mass-per-length 0.3kg/m")]
+    Flux(Box<flux::Flux>),
     /// Find motions that are coherent along x at a frequency (SPOD).
     ///
     /// Spectral proper orthogonal decomposition, averaged over segments of the record, over orthogonal tapers, or
@@ -125,6 +133,7 @@ impl EstimateCommand {
         match self {
             EstimateCommand::Bicoherence(typed) => (&**typed, &typed.estimate),
             EstimateCommand::Coherence(typed) => (&**typed, &typed.estimate),
+            EstimateCommand::Flux(typed) => (&**typed, &typed.estimate),
             EstimateCommand::Increments(typed) => (&**typed, &typed.estimate),
             EstimateCommand::Modes(typed) => (&**typed, &typed.estimate),
             EstimateCommand::Ridges(typed) => (&**typed, &typed.estimate),

@@ -1,0 +1,122 @@
+//! `cascade flux`: flux of energy, and its loss.
+
+use clap::Args;
+use wavecascade::analyze::Constants;
+use wavecascade::chain::{NoBranches, UnitCell};
+use wavecascade::field::is_run_file;
+use wavecascade::flux::{FluxRequest, GroupVelocity, flux};
+use wavecascade::measure::{Length, LinearDensity, Measure, Speed, Time, size};
+use wavecascade::observer::Observer;
+use wavecascade::report::RunFile;
+use wavecascade::transform::Travelling;
+use wavecascade::{Error, Field};
+
+use crate::args::{GapsArg, choice};
+use crate::described::{About, Describing, Found, Given};
+use crate::dispersion::read;
+use crate::estimates::EstimateArgs;
+use crate::parse;
+
+/// What `cascade flux` takes.
+#[derive(Debug, Args)]
+pub struct Flux {
+    /// Mass of a unit of length, such as 0.3kg/m; in kg/m without a unit, where the field has units [default: the flux of one
+    /// unit of mass per length].
+    #[arg(long, value_name = "MASS", value_parser = parse::step::<LinearDensity>)]
+    pub mass_per_length: Option<Measure<LinearDensity>>,
+    /// Group velocity at all frequencies, such as 3km/s, or in units of length over units of time [default: the slope of the
+    /// wavenumbers that are found].
+    #[arg(long, value_name = "SPEED", value_parser = parse::step::<Speed>, conflicts_with = "dispersion")]
+    pub group_velocity: Option<Measure<Speed>>,
+    /// Relation that wavenumbers and group velocities follow: monatomic:..., diatomic:..., a formula of k such as
+    /// `c*k^2; c=0.5`, or a table (.csv), as `analyze` takes them.
+    #[arg(long, value_name = "RELATION", alias = "law")]
+    pub dispersion: Option<String>,
+    /// Waves that there are.
+    #[arg(long, value_enum, default_value_t = WayArg::Both)]
+    pub towards: WayArg,
+    /// Parts with a number each of the frequencies at which waves are found, at most.
+    #[arg(long, value_name = "N", default_value_t = FluxRequest::default().bands)]
+    pub bands: usize,
+    /// What to do with samples that are not finite.
+    #[arg(long, value_enum, default_value_t = GapsArg::Refuse)]
+    pub gaps: GapsArg,
+    /// Intervals hold with a probability of 1 less this.
+    #[arg(long, value_name = "SHARE", default_value_t = FluxRequest::default().alpha, value_parser = parse::share)]
+    pub significance: f64,
+
+    #[command(flatten)]
+    pub estimate: EstimateArgs,
+}
+
+choice!(
+    /// `--towards`.
+    WayArg => Travelling {
+        /// Both ways.
+        Both => Travelling::Anywhere,
+        /// Towards +x alone.
+        PlusX => Travelling::TowardPlusX,
+        /// Towards -x alone.
+        MinusX => Travelling::TowardMinusX,
+    }
+);
+
+impl Flux {
+    fn group_velocity(&self, field: Option<&Field>) -> Result<GroupVelocity, Error> {
+        if let Some(relation) = &self.dispersion {
+            return Ok(GroupVelocity::Of(read(relation, &Constants::new())?));
+        }
+        let Some(velocity) = self.group_velocity else {
+            return Ok(GroupVelocity::Measured);
+        };
+        let sizes = || {
+            let length = size::<Length>(field?.space.unit.as_deref()?)?;
+            Some(length / size::<Time>(field?.time.unit.as_deref()?)?)
+        };
+        let unit = if velocity.has_unit {
+            sizes()
+        } else {
+            Some(1.0)
+        };
+        let expected = "a number: times or positions have no unit that is known";
+        let refused = || Error::request("group-velocity", expected, format!("{velocity:?}"));
+        Ok(GroupVelocity::Stated(
+            velocity.value / unit.ok_or_else(refused)?,
+        ))
+    }
+}
+
+impl Describing for Flux {
+    fn about(&self) -> About<'_> {
+        self.estimate.about("flux")
+    }
+
+    /// Runs in which any amplitude changes the speed of waves are refused.
+    fn check(&self) -> Result<(), Error> {
+        for path in self.estimate.fields.iter().filter(|path| path.is_file()) {
+            if is_run_file(path)? {
+                let (setup, _) = RunFile::read_scene(path)?;
+                if let Err(none @ NoBranches::NoLinearLimit) = UnitCell::of(&setup.simulation.chain)
+                {
+                    let expected = "waves whose speed does not depend on their amplitude";
+                    return Err(Error::request("field", expected, none));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
+        let request = FluxRequest {
+            mass_per_length: self.mass_per_length,
+            group_velocity: self.group_velocity(given.fields.first().copied())?,
+            towards: self.towards.into(),
+            bands: self.bands,
+            gaps: self.gaps.into(),
+            alpha: self.significance,
+            threads: self.estimate.threads(),
+            memory: self.estimate.memory,
+        };
+        Ok(Found::of(flux(given.fields, &request, observer)?))
+    }
+}

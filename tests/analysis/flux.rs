@@ -1,0 +1,209 @@
+//! Flux of energy and its loss: a chain's own energy, and waves of a lossy beam in closed form.
+
+use std::f64::consts::{PI, TAU};
+
+use ndarray::{Array2, s};
+use num_complex::Complex;
+use test_support::changed;
+use wavecascade::Field;
+use wavecascade::analyze::{Constants, Dispersion};
+use wavecascade::chain::{Chain, Ends, Law, Losses, OnSite, Simulation};
+use wavecascade::flux::{Flux, FluxBand, FluxRequest, GroupVelocity, Known, NoFlux, flux};
+use wavecascade::observer::Silent;
+use wavecascade::reference::{Grid, WhiteNoise};
+use wavecascade::transform::Travelling;
+
+use super::ridges::Noise;
+
+fn found(field: &Field, change: impl FnOnce(&mut FluxRequest)) -> Flux {
+    flux(&[field], &changed(FluxRequest::default(), change), &Silent).unwrap()
+}
+
+/// A packet on a chain of linear springs: the energy that the run says passed a contact.
+#[test]
+fn val_energy_that_passes_a_chain() {
+    let (alpha, beta) = (0.0, 0.0);
+    let chain = Chain {
+        mass: vec![1.0; 320],
+        coefficient: vec![1.0; 319],
+        law: Law::Spring { alpha, beta }.into(),
+        ends: Ends::Free,
+        precompression: 0.0,
+        losses: Losses::default(),
+        on_site: OnSite::default(),
+    };
+    let mut simulation = Simulation::impact(chain, 0.0, 255.5, 512);
+    for k in (1..200).map(|n| PI * f64::from(n) / 200.0) {
+        let (a, omega) = (
+            (-0.5 * ((k - 0.7) / 0.1).powi(2)).exp(),
+            2.0 * (0.5 * k).sin(),
+        );
+        for j in 0..320 {
+            let (sine, cosine) = (k * (j as f64 - 60.0)).sin_cos();
+            simulation.displacement[j] += a * cosine;
+            simulation.velocity[j] += a * omega * sine;
+        }
+    }
+    let run = simulation.run(&Silent).unwrap();
+    let passed = run.energy_passed.unwrap()[[511, 120]];
+    let mut field = Field::from_array(run.velocity.slice(s![.., 120..160]).to_owned());
+    field.time.step = 0.5;
+    let law = Dispersion::parse("2*w*abs(sin(k/2)); w=1", &Constants::new()).unwrap();
+    let stated = found(&field, |request| {
+        request.group_velocity = GroupVelocity::Of(law);
+        request.towards = Travelling::TowardPlusX;
+    });
+    for (flux, within) in [(found(&field, |_| {}), 1e-3), (stated, 1e-6)] {
+        let total = flux.total[0][0];
+        let off = (total.value - passed).abs();
+        assert!(
+            off < within * passed && off <= total.half + 1e-6 * passed,
+            "{total:?}, {passed}"
+        );
+    }
+}
+
+const GRID: Grid = Grid {
+    n_times: 2048,
+    n_sites: 40,
+    dt: 1e-4,
+    dx: 0.04,
+};
+const LOW: f64 = 600.0;
+const HIGH: f64 = 3200.0;
+const LOSS: f64 = 0.04;
+const WAVES: usize = 300;
+/// Share that is reflected, that gains of sites differ by, and of noise.
+const CASES: [[f64; 3]; 4] = [
+    [0.0; 3],
+    [0.9, 0.0, 0.0],
+    [0.0, 0.05, 0.2],
+    [0.9, 0.05, 0.2],
+];
+
+/// Wavenumber, group velocity and attenuation of bending waves `2 pi f = c k^2` with a loss factor.
+fn beam(c: f64, f: f64) -> [f64; 3] {
+    let velocity = 2.0 * (TAU * f * c).sqrt();
+    [(TAU * f / c).sqrt(), velocity, LOSS * PI * f / velocity]
+}
+
+/// Power towards +x at a distance from the first site, of one unit of mass per length.
+fn power(x: f64) -> f64 {
+    let all = (0..1000).map(|n| LOW + (f64::from(n) + 0.5) * (HIGH - LOW) / 1000.0);
+    let parts = all
+        .map(|f| beam(50.0, f))
+        .map(|[_, velocity, a]| velocity * (-2.0 * a * x).exp());
+    parts.sum::<f64>() * (HIGH - LOW) / 1000.0
+}
+
+/// Random waves of unit spectral density.
+fn waves(seed: u64, c: f64, [reflected, gains, noise]: [f64; 3]) -> Array2<f64> {
+    let (mut random, width) = (Noise(seed), (HIGH - LOW) / WAVES as f64);
+    let mut samples = Array2::zeros((GRID.n_times, GRID.n_sites));
+    let last = (GRID.n_sites - 1) as f64 * GRID.dx;
+    for n in 0..WAVES {
+        let f = LOW + (n as f64 + 0.5 + 0.4 * random.next()) * width;
+        let [k, _, a] = beam(c, f);
+        let amplitude = Complex::new(random.gaussian(), random.gaussian()) * width.sqrt();
+        let wave = |x: f64| amplitude * Complex::from_polar((-a * x).exp(), -k * x);
+        let of_site = |x: f64| wave(x) + reflected * wave(2.0 * last + 0.1 - x);
+        let sites: Vec<_> = (0..GRID.n_sites)
+            .map(|j| of_site(j as f64 * GRID.dx))
+            .collect();
+        for (t, mut row) in samples.outer_iter_mut().enumerate() {
+            let turn = Complex::cis(TAU * (f * GRID.dt * t as f64).fract());
+            row.iter_mut()
+                .zip(&sites)
+                .for_each(|(v, site)| *v += (turn * site).re);
+        }
+    }
+    for mut record in samples.columns_mut() {
+        let (gain, size) = (1.0 + gains * random.gaussian(), noise * (HIGH - LOW).sqrt());
+        record.mapv_inplace(|v| gain * v + size * random.gaussian());
+    }
+    samples
+}
+
+fn field(samples: Array2<f64>) -> Field {
+    GRID.sample("beam", |n, j| samples[[n, j]])
+}
+
+/// What is found less the truth, in halves of its interval: totals at both ends, then group velocity, attenuation and loss factor of
+/// all bands.
+fn deviations(flux: &Flux) -> [Vec<f64>; 4] {
+    let over = |known: Known, truth: f64| (known.value - truth) / known.half;
+    let ends = [0, 39].map(|j| over(flux.total[0][j], power(j as f64 * GRID.dx)));
+    let is_inside = |b: &&FluxBand| b.reason.is_none() && b.from > LOW && b.to < HIGH;
+    let of = |known: fn(&FluxBand) -> Known, truth: fn([f64; 3]) -> f64| {
+        let bands = flux.bands.iter().filter(is_inside);
+        bands
+            .map(|b| over(known(b), truth(beam(50.0, b.frequency))))
+            .collect()
+    };
+    [
+        ends.to_vec(),
+        of(|b| b.group_velocity, |[_, velocity, _]| velocity),
+        of(|b| b.attenuation, |[_, _, a]| a),
+        of(|b| b.loss_factor, |_| LOSS),
+    ]
+}
+
+#[test]
+fn val_lossy_beam_both_ways() {
+    for case in [CASES[0], CASES[3]] {
+        let flux = found(&field(waves(11, 50.0, case)), |_| {});
+        let (all, back) = (deviations(&flux), flux.total[1][39]);
+        println!("{case:?}: stated {}, {back:?}, {all:.2?}", flux.stated);
+        let returned = case[0].powi(2) * power(39.0 * GRID.dx + 0.1);
+        assert!(flux.stated > 0.97 && all[1].len() >= 18);
+        assert!((back.value - returned).abs() < 1.5 * back.half + 1e-3 * power(0.0));
+        assert!(all.iter().flatten().filter(|z| z.abs() > 1.0).count() <= 6);
+        let factors = flux.bands.iter().filter(|b| b.reason.is_none());
+        let factors: Vec<f64> = factors.map(|b| b.loss_factor.value).collect();
+        let mean = factors.iter().sum::<f64>() / factors.len() as f64;
+        assert!((mean / LOSS - 1.0).abs() < if case[1] > 0.0 { 0.3 } else { 0.02 });
+    }
+}
+
+#[test]
+#[ignore = "slow: the shares of intervals that hold, over 120 fields"]
+fn survey_of_intervals() {
+    let mut held = [[0.0; 2]; 4];
+    for seed in 0..120 {
+        let flux = found(
+            &field(waves(1000 + seed, 50.0, CASES[seed as usize % 4])),
+            |_| {},
+        );
+        for (held, all) in held.iter_mut().zip(deviations(&flux)) {
+            held[0] += all.iter().filter(|z| z.abs() < 1.0).count() as f64;
+            held[1] += all.len() as f64;
+        }
+    }
+    let shares = held.map(|[held, all]| held / all);
+    println!("{shares:.3?} of {held:?}");
+    assert!(shares.iter().all(|share| (0.92..0.99).contains(share)));
+}
+
+#[test]
+fn val_what_is_no_wave_of_one_branch_has_no_flux() {
+    let noise = WhiteNoise {
+        grid: GRID,
+        deviation: 1.0,
+        seed: 5,
+    }
+    .field();
+    let two = field(waves(1, 50.0, CASES[0]) + waves(2, 450.0, CASES[0]));
+    for (field, reason) in [(noise, NoFlux::NoWave), (two, NoFlux::SeveralWaves)] {
+        let flux = found(&field, |_| {});
+        let count = flux
+            .bands
+            .iter()
+            .filter(|b| b.reason == Some(reason))
+            .count();
+        assert!(
+            2 * count >= flux.bands.len() && !(flux.stated > 0.3),
+            "{count}, {}",
+            flux.stated
+        );
+    }
+}
