@@ -40,6 +40,14 @@ pub struct Computed {
 }
 
 impl Measured {
+    /// Forces alone.
+    pub fn of_forces(forces: Vec<MeasuredPoint>) -> Measured {
+        Measured {
+            forces,
+            ..Measured::default()
+        }
+    }
+
     /// Beside computed curves, between whose points there are lines.
     pub fn beside(&self, computed: &Computed) -> Beside {
         let (forces, no_forces) = compare(&self.forces, &computed.forces);

@@ -269,11 +269,7 @@ impl Attenuate {
             return Ok(Measured::default());
         };
         if !self.length.measured_field {
-            let forces = read_curve(Path::new(path))?;
-            return Ok(Measured {
-                forces,
-                ..Measured::default()
-            });
+            return Ok(Measured::of_forces(read_curve(Path::new(path))?));
         }
         if self.length.sense == Some(Where::Wall) {
             let expected = "`--sense chain` or both: sites of a field are those of one chain";
@@ -305,13 +301,7 @@ impl Attenuate {
         let Some((at, path)) = with_value else {
             let forces = read_curve(Path::new(typed))?;
             let values = forces.iter().map(|point| point.at).collect();
-            return Ok((
-                Measured {
-                    forces,
-                    ..Measured::default()
-                },
-                values,
-            ));
+            return Ok((Measured::of_forces(forces), values));
         };
         let field = self.open(Path::new(path))?;
         let last = measured_peaks(&field).last().copied();
