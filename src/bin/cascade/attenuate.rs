@@ -135,7 +135,12 @@ impl LengthArgs {
         let Some((option, _)) = typed.into_iter().find(|(_, is_typed)| *is_typed) else {
             return Ok(());
         };
-        let expected = "`--against bodies`, or values of keys: `--vary angle=A,B,..`, `--sites N`";
+        let expected = match option {
+            "angles" | "ratios" => "values of the key: angle=A,B,.. or stiffness_ratio=A,B,..",
+            "bodies" | "lengths" => "`--sites N`, or `--vary sites=A,B,..`",
+            "sense" => "`--sense wall`: against a key the pulse is followed there",
+            _ => "`--against bodies`, with a scene file, `--angles` or `--ratios` for each chain",
+        };
         Err(Error::request(
             option,
             expected,

@@ -16,9 +16,11 @@ use wavecascade::report::{Provenance, RunFile};
 use crate::args::Input;
 use crate::budget::compute;
 use crate::described::{About, Describing, Found, Given, Reading, ResultArgs, stem_of};
+use crate::further::input_options;
 use crate::parse;
 use crate::scene::source_of;
 use crate::view_args::ViewArgs;
+use crate::words::as_text;
 
 /// What `cascade compare` takes.
 #[derive(Debug, Args)]
@@ -122,18 +124,20 @@ impl Describing for Compare {
         let (path, expected, found) = if !self.is_of_runs() {
             return Ok(());
         } else if self.input != Input::default() {
-            let expected = "a measured field beside options that say how one is read";
-            let found = "a run, which has its own axes and units: leave them out";
+            let typed = input_options(&as_text());
+            let typed = typed.trim_start();
+            let expected = format!("a measured field beside `{typed}`, which says how one is read");
+            let found = "a run, which has its own axes and units: leave it out";
             (&self.first, expected, found)
         } else if self.second.is_file() && !is_run_file(&self.second)? {
             let expected = "a run of `cascade simulate`, as the first file is; a measured field stands first, before the run";
-            (&self.second, expected, "a file that is no run")
+            (&self.second, expected.into(), "a file that is no run")
         } else {
             return Ok(());
         };
         Err(Error::Unfit {
             path: path.clone(),
-            expected: expected.into(),
+            expected,
             found: found.into(),
         })
     }
