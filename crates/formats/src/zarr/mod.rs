@@ -27,7 +27,7 @@ pub(crate) fn open(format: Format, folder: &Path, options: &Options) -> Result<C
     let mut walk = Walk::new(Arc::new(store), &name);
     walk.visit(folder, "", 0)?;
     assign_coordinates(&mut walk.variables);
-    let no_bytes: Bytes = Arc::new(Vec::new());
+    let no_bytes: Bytes = Arc::new(Vec::<u8>::new());
     let mut container = Container::new(format, &no_bytes);
     let stored = length(folder, 0);
     container.most_bytes = stored.saturating_mul(MAX_INFLATION).max(SMALL);

@@ -323,31 +323,33 @@ fn parsed(json: Json) -> std::result::Result<ArrayMetadata, ArrayCreateError> {
 
 /// The type of an array, and how it is decoded.
 fn stored(name: &str, array: Array<FilesystemStore>) -> Result<(SampleType, Option<Stored>)> {
-    let told = array.data_type().to_string();
-    let kind = told.trim_end_matches(|c: char| c.is_ascii_digit());
-    let bits = told[kind.len()..].parse::<usize>().unwrap_or(0);
     let sample = match array.data_type() {
-        DataType::NumpyDateTime64 { .. } | DataType::NumpyTimeDelta64 { .. } => Some(Sample::I64),
-        DataType::Bool => Some(Sample::Bool),
-        _ => match kind {
-            "int" => Sample::of_kind('i', bits / 8),
-            "uint" => Sample::of_kind('u', bits / 8),
-            "float" => Sample::of_kind('f', bits / 8),
-            _ => None,
-        },
-    };
-    Ok(match (sample, kind) {
-        (Some(sample), _) => {
-            let stored = Stored::new(name, array, sample)?;
-            (SampleType::Number(sample), Some(stored))
+        DataType::Bool => Sample::Bool,
+        DataType::Int8 => Sample::I8,
+        DataType::Int16 => Sample::I16,
+        DataType::Int32 => Sample::I32,
+        DataType::Int64 => Sample::I64,
+        DataType::UInt8 => Sample::U8,
+        DataType::UInt16 => Sample::U16,
+        DataType::UInt32 => Sample::U32,
+        DataType::UInt64 => Sample::U64,
+        DataType::Float16 => Sample::F16,
+        DataType::Float32 => Sample::F32,
+        DataType::Float64 => Sample::F64,
+        DataType::NumpyDateTime64 { .. } | DataType::NumpyTimeDelta64 { .. } => Sample::I64,
+        DataType::String => return Ok((SampleType::Other("text".into()), None)),
+        DataType::Complex64 | DataType::Complex128 => {
+            return Ok((SampleType::Other("complex numbers".into()), None));
         }
-        (None, "string") => (SampleType::Other("text".into()), None),
-        (None, "complex") => (SampleType::Other("complex numbers".into()), None),
-        _ => (
-            SampleType::Other(format!("values of the type {told}")),
-            None,
-        ),
-    })
+        other => {
+            return Ok((
+                SampleType::Other(format!("values of the type {other}")),
+                None,
+            ));
+        }
+    };
+    let stored = Stored::new(name, array, sample)?;
+    Ok((SampleType::Number(sample), Some(stored)))
 }
 
 /// What is sound but not read; none for damage.
