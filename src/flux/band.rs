@@ -7,7 +7,7 @@ use num_complex::Complex;
 use crate::numeric::{eliminated, jackknife};
 
 /// Groups of sites, and of rows, that are left out in turn.
-pub(super) const GROUPS: usize = 20;
+pub(super) const GROUPS: usize = 10;
 const ITERATIONS: usize = 40;
 /// Share of its row below which a pivot is none.
 const SINGULAR: f64 = 1e-12;

@@ -29,8 +29,8 @@ use crate::transform::{Travelling, fold, frequencies};
 use crate::unit::{compose, square};
 use band::{Band, Found, GROUPS, Numbers, Row};
 
-/// Frequencies of a band at least, where there are as many.
-const LEAST_ROWS: usize = 8;
+/// Frequencies of a band at least, of transients and of steady records, whose window spreads each over its neighbours.
+const LEAST_ROWS: [usize; 2] = [8, 40];
 /// Points of ridges that the search of a band starts from.
 const STARTS: usize = 3;
 /// Share of the power of the strongest ridge above which another, so many resolutions away, is a second wave.
@@ -347,7 +347,8 @@ impl<'a> Search<'a> {
         let least = usize::from(self.is_both() || self.law.is_none());
         let from = bin(all.iter().copied().fold(f64::INFINITY, f64::min)).max(least);
         let to = (bin(all.into_iter().fold(0.0, f64::max)) + 1).min(self.n_times.div_ceil(2));
-        let count = (to.saturating_sub(from) / LEAST_ROWS).min(self.request.bands);
+        let least = LEAST_ROWS[usize::from(!self.is_transient)];
+        let count = (to.saturating_sub(from) / least).min(self.request.bands);
         let edge = |n: usize| from + n * (to - from) / count;
         (0..count).map(|n| edge(n)..edge(n + 1)).collect()
     }
