@@ -33,9 +33,11 @@ use band::{Band, Found, GROUPS, Numbers, Row};
 const LEAST_ROWS: [usize; 2] = [8, 40];
 /// Points of ridges that the search of a band starts from.
 const STARTS: usize = 3;
-/// Share of the power of the strongest ridge above which another, so many resolutions away, is a second wave.
+/// Share of the power above which another ridge, so many resolutions away, or what the waves leave, is a second wave.
 const SECOND: f64 = 0.05;
 const APART: f64 = 2.0;
+/// Share of what the waves leave that one wavenumber holds above which it is another wave.
+const IN_ONE: f64 = 0.4;
 /// Power of the waves over that of the noise in as many unknowns, at least.
 const OVER_NOISE: f64 = 2.0;
 /// Phase, or logarithm of the amplitude, to which a wave is known over all sites at least: beyond it errors are none of a linear fit.
@@ -484,8 +486,8 @@ impl<'a> Search<'a> {
             found.over_noise > OVER_NOISE && is_known(|n| n.loss) && is_known(|n| n.wavenumber);
         let is_moving = velocity > 0.0 && found.error(|n| n.velocity) < VELOCITY_KNOWN * velocity;
         match () {
-            // Ridges are above the noise, so that what is not explained is other waves.
-            () if !is_wave => Err(NoFlux::SeveralWaves),
+            () if found.left[0] > SECOND && found.left[1] > IN_ONE => Err(NoFlux::SeveralWaves),
+            () if !is_wave => Err(NoFlux::NoWave),
             () if loss.abs() > wavenumber.abs() / TAU && wavenumber != 0.0 => {
                 Err(NoFlux::Evanescent)
             }
