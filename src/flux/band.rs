@@ -7,8 +7,10 @@ use num_complex::Complex;
 use crate::numeric::{eliminated, jackknife};
 
 /// Groups of sites, and of rows, that are left out in turn.
-pub(super) const GROUPS: usize = 20;
+pub(super) const GROUPS: usize = 10;
 const ITERATIONS: usize = 40;
+/// Rows of a band at most in which another wave is looked for.
+const LOOKED_AT: usize = 16;
 /// Share of its row below which a pivot is none.
 const SINGULAR: f64 = 1e-12;
 /// Loss and wavenumber in the middle, and the wavenumber's changes by the offset and by its square.
@@ -64,6 +66,8 @@ pub(super) struct Found {
     pub over_noise: f64,
     /// `1 - |<A|B>|^2` of the two waves' shapes.
     pub apart: f64,
+    /// Share of the power that the waves leave, and of that the share of one wavenumber: 1 of another wave, `ln(n) / n` of noise.
+    pub left: [f64; 2],
 }
 
 impl Found {
@@ -91,8 +95,8 @@ struct Sums {
     /// Complex numbers that the waves do not explain.
     left: f64,
     apart: f64,
-    /// Squares of both amplitudes of each row, and what they have of a unit of noise.
-    waves: Vec<[f64; 4]>,
+    /// Both amplitudes of each row, and what their squares have of a unit of noise.
+    waves: Vec<([Complex<f64>; 2], [f64; 2])>,
 }
 
 impl Band<'_> {
@@ -135,7 +139,30 @@ impl Band<'_> {
             ],
             over_noise: (sums.squares - sums.residual) / waves / (sums.residual / sums.left),
             apart: sums.apart / self.rows.len() as f64,
+            left: [sums.residual / sums.squares, self.in_one(&at, &sums)],
         }
+    }
+
+    /// Share of what the waves leave of each of some rows that one wavenumber holds, a mean.
+    fn in_one(&self, at: &Unknowns, sums: &Sums) -> f64 {
+        let n = self.rows[0].spectrum.len();
+        let share = |(row, ([a, b], _)): (&Row, &([Complex<f64>; 2], [f64; 2]))| {
+            let ratio = (-Self::exponent(row, at)).exp();
+            let wave = |j: usize| a * ratio.powu(j as u32) + b * ratio.powu((n - 1 - j) as u32);
+            let left = row.spectrum.iter().enumerate();
+            let left: Vec<Complex<f64>> = left.map(|(j, x)| x - wave(j)).collect();
+            let of = |m: usize| {
+                let turn = |j: usize| Complex::cis(TAU * (m * j % n) as f64 / n as f64);
+                let terms = left.iter().enumerate().map(|(j, x)| x * turn(j));
+                terms.sum::<Complex<f64>>().norm_sqr()
+            };
+            let all: f64 = left.iter().map(|x| x.norm_sqr()).sum();
+            (0..n).map(of).fold(0.0, f64::max) / (n as f64 * all)
+        };
+        let rows = self.rows.iter().zip(&sums.waves);
+        let shares = rows.step_by(self.rows.len().div_ceil(LOOKED_AT)).map(share);
+        let shares: Vec<f64> = shares.collect();
+        shares.iter().sum::<f64>() / shares.len() as f64
     }
 
     /// By the method of Levenberg and Marquardt.
@@ -239,8 +266,7 @@ impl Band<'_> {
         }
         sums.left += kept.len() as f64 - if self.is_both { 2.0 } else { 1.0 };
         sums.apart += apart / (gram[0] * gram[1]);
-        sums.waves
-            .push([waves[0].norm_sqr(), waves[1].norm_sqr(), own[0], own[1]]);
+        sums.waves.push((waves, own));
     }
 
     /// The next unknowns.
@@ -267,7 +293,8 @@ impl Band<'_> {
             ..Numbers::default()
         };
         let (mut all, mut slowness, mut counted) = (0.0, 0.0, 0.0);
-        for (i, (row, [a, b, own_a, own_b])) in self.rows.iter().zip(&sums.waves).enumerate() {
+        for (i, (row, (waves, own))) in self.rows.iter().zip(&sums.waves).enumerate() {
+            let [a, b] = waves.map(|wave| wave.norm_sqr());
             let slope = (at[2] + 2.0 * row.offset * at[3]) / self.half;
             let (power, velocity) = (a + b, row.velocity.unwrap_or(TAU / slope));
             all += power;
@@ -276,8 +303,8 @@ impl Band<'_> {
             numbers.wavenumber += power * Self::exponent(row, at).im;
             if has(i) {
                 counted += 1.0;
-                numbers.flux[0] += row.weight * velocity * (a - noise * own_a);
-                numbers.flux[1] += row.weight * velocity * (b - noise * own_b);
+                numbers.flux[0] += row.weight * velocity * (a - noise * own[0]);
+                numbers.flux[1] += row.weight * velocity * (b - noise * own[1]);
             }
         }
         numbers.frequency /= all;

@@ -29,13 +29,15 @@ use crate::transform::{Travelling, fold, frequencies};
 use crate::unit::{compose, square};
 use band::{Band, Found, GROUPS, Numbers, Row};
 
-/// Frequencies of a band at least, where there are as many.
-const LEAST_ROWS: usize = 8;
+/// Frequencies of a band at least, of transients and of steady records, whose window spreads each over its neighbours.
+const LEAST_ROWS: [usize; 2] = [8, 40];
 /// Points of ridges that the search of a band starts from.
 const STARTS: usize = 3;
-/// Share of the power of the strongest ridge above which another, so many resolutions away, is a second wave.
+/// Share of the power above which another ridge, so many resolutions away, or what the waves leave, is a second wave.
 const SECOND: f64 = 0.05;
 const APART: f64 = 2.0;
+/// Share of what the waves leave that one wavenumber holds above which it is another wave.
+const IN_ONE: f64 = 0.4;
 /// Power of the waves over that of the noise in as many unknowns, at least.
 const OVER_NOISE: f64 = 2.0;
 /// Phase, or logarithm of the amplitude, to which a wave is known over all sites at least: beyond it errors are none of a linear fit.
@@ -347,7 +349,8 @@ impl<'a> Search<'a> {
         let least = usize::from(self.is_both() || self.law.is_none());
         let from = bin(all.iter().copied().fold(f64::INFINITY, f64::min)).max(least);
         let to = (bin(all.into_iter().fold(0.0, f64::max)) + 1).min(self.n_times.div_ceil(2));
-        let count = (to.saturating_sub(from) / LEAST_ROWS).min(self.request.bands);
+        let least = LEAST_ROWS[usize::from(!self.is_transient)];
+        let count = (to.saturating_sub(from) / least).min(self.request.bands);
         let edge = |n: usize| from + n * (to - from) / count;
         (0..count).map(|n| edge(n)..edge(n + 1)).collect()
     }
@@ -483,8 +486,8 @@ impl<'a> Search<'a> {
             found.over_noise > OVER_NOISE && is_known(|n| n.loss) && is_known(|n| n.wavenumber);
         let is_moving = velocity > 0.0 && found.error(|n| n.velocity) < VELOCITY_KNOWN * velocity;
         match () {
-            // Ridges are above the noise, so that what is not explained is other waves.
-            () if !is_wave => Err(NoFlux::SeveralWaves),
+            () if found.left[0] > SECOND && found.left[1] > IN_ONE => Err(NoFlux::SeveralWaves),
+            () if !is_wave => Err(NoFlux::NoWave),
             () if loss.abs() > wavenumber.abs() / TAU && wavenumber != 0.0 => {
                 Err(NoFlux::Evanescent)
             }
