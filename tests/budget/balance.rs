@@ -194,6 +194,44 @@ fn val_identity_balances_close_inside_the_stepping() {
         });
 }
 
+/// Fourier integrals of force and mean speed of a linear chain by Simpson's rule over its samples.
+#[test]
+fn val_simpson_the_low_band_inside_the_stepping() {
+    let chain = changed(Chain::dimer(8, 2.0), |it| it.law = spring(0.0, 0.0).into());
+    let (end, last) = (12.0, 1200);
+    let run = simulate(chain, None, end, last + 1);
+    let flow = found(&run, Integration::Stepping).frequency.unwrap();
+    let (force, v) = (run.force.as_ref().unwrap(), &run.velocity);
+    let bins = (flow.edge * end * (1.0 + 1e-9)) as usize;
+    let low = (0..=bins).map(|m| {
+        let mut sums = [0.0; 4];
+        for i in 0..=last {
+            let weight = end / last as f64 / 3.0
+                * if i % last == 0 {
+                    1.0
+                } else {
+                    2.0 * (1 + i % 2) as f64
+                };
+            let (sin, cos) = (std::f64::consts::TAU * (m * i) as f64 / last as f64).sin_cos();
+            let values = [force[[i, 0]], 0.5 * (v[[i, 0]] + v[[i, 1]])];
+            let terms = values
+                .into_iter()
+                .flat_map(|value| [value * cos, value * sin]);
+            sums.iter_mut()
+                .zip(terms)
+                .for_each(|(sum, term)| *sum += weight * term);
+        }
+        let power = sums[0] * sums[2] + sums[1] * sums[3];
+        if m == 0 {
+            power / end
+        } else {
+            2.0 * power / end
+        }
+    });
+    let (low, found) = (low.sum::<f64>(), flow.refined[0]);
+    assert!((found.low - low).abs() < 1e-9, "{found:?} {low}");
+}
+
 /// Scale budgets of a chain long enough for many sites, and of one whose wall drives and damps.
 #[test]
 fn val_identity_scales_of_a_long_chain() {
