@@ -157,7 +157,7 @@ impl Describe for Flux {
         let map = self.scan.map().map(|map| PlotRow::of([map]).high(1.4));
         let charts = [
             Chart::of(title, frequency.clone(), unit, both).about_zero(),
-            Chart::of("loss factor", frequency, String::from("loss factor"), loss),
+            Chart::of("loss factor", frequency, String::from("loss factor"), loss).about_zero(),
         ];
         map.into_iter()
             .chain(charts.map(|chart| PlotRow::of([chart])))
