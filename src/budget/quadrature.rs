@@ -84,7 +84,7 @@ mod tests {
                 for i in 0..samples {
                     let expected = primitive(0.1 * i as f64 - 0.3) - primitive(-0.3);
                     assert!(
-                        (sums[[i, 0]] - expected).abs() < 2e-15,
+                        (sums[[i, 0]] - expected).abs() < 3e-15, // of up to 5.4
                         "{samples} {points} {i}"
                     );
                 }

@@ -220,7 +220,7 @@ class FluxOptions(ShotOptions, total=False):
 def flux(field: Any, *, progress: Progress = None, **options: Unpack[FluxOptions]) -> xr.Dataset:
     """Flux of energy both ways, by frequency and site, and the loss of the waves.
 
-    P(f, x) = m v_g |A|^2 exp(-2 a x) of the waves A exp(-(a + i k) x) towards +x, and of those towards -x.
+    P(f, x) = m v_g |A|^2 exp(-2 a x) of waves A exp(-(a + i k) x) towards +x, and of those towards -x.
 
     Parameters
     ----------
