@@ -97,7 +97,7 @@ impl Default for FluxRequest {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoFlux {
-    /// Nothing stands above the noise.
+    /// Nothing stands above what one wave each way leaves.
     NoWave,
     /// There is not one wave each way, or none of the stated relation.
     SeveralWaves,

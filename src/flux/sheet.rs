@@ -27,7 +27,10 @@ const PREFIXES: [&str; 11] = ["a", "f", "p", "n", "µ", "m", "", "k", "M", "G", 
 
 impl NoFlux {
     const ALL: [(NoFlux, &str); 5] = [
-        (NoFlux::NoWave, "no wave stands above the noise"),
+        (
+            NoFlux::NoWave,
+            "no wave stands above what one wave each way leaves (noise, waves that have not passed all sites)",
+        ),
         (NoFlux::SeveralWaves, "there is not one wave each way"),
         (NoFlux::Evanescent, "the wave decays within its length"),
         (
