@@ -42,7 +42,7 @@ pub enum EstimateCommand {
     /// branches and located between bins. Each place and each velocity has its error.
     #[command(after_help = "Example: cascade ridges scan.npz")]
     Ridges(Box<ridges::Ridges>),
-    /// Measure the flux of energy and its loss: power both ways, loss factors.
+    /// Measure the flux of energy both ways, and its loss.
     ///
     /// Of the waves of one branch in a linear waveguide: mass per length times group velocity times twice the density of kinetic
     /// energy, at each frequency and site, towards +x and towards -x, and how it decays along x. Each number has its
