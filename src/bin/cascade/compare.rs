@@ -47,8 +47,8 @@ pub struct Compare {
 
 impl Compare {
     /// Whether the first file is a run; others are fields.
-    fn is_of_runs(&self) -> bool {
-        self.first.is_file() && is_run_file(&self.first).unwrap_or(false)
+    fn is_of_runs(&self) -> Result<bool, Error> {
+        Ok(self.first.is_file() && is_run_file(&self.first)?)
     }
 
     /// A field against the chain of a text, else of a run, or of a scene.
@@ -106,7 +106,8 @@ impl Compare {
 
 impl Describing for Compare {
     fn about(&self) -> About<'_> {
-        let is_of_runs = self.is_of_runs();
+        // A file that cannot be read is refused by the check.
+        let is_of_runs = self.is_of_runs().unwrap_or(false);
         let fields = [&self.first].into_iter();
         let files = fields.chain(is_of_runs.then_some(&self.second));
         let reading = Reading {
@@ -121,7 +122,7 @@ impl Describing for Compare {
 
     /// That no option of fields and no field is beside a run.
     fn check(&self) -> Result<(), Error> {
-        let (path, expected, found) = if !self.is_of_runs() {
+        let (path, expected, found) = if !self.is_of_runs()? {
             return Ok(());
         } else if self.input != Input::default() {
             let typed = input_options(&as_text());
@@ -143,7 +144,7 @@ impl Describing for Compare {
     }
 
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
-        match !given.runs.is_empty() || self.is_of_runs() {
+        match !given.runs.is_empty() || self.is_of_runs()? {
             true => self.of_runs(&given, observer),
             false => self.of_field(&given, observer),
         }

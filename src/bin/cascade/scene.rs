@@ -83,7 +83,7 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
     lines.line("chain", &chain);
     if let Some(range) = d.coefficient {
         let ratio = match d.stiffness_ratio {
-            Some(ratio) => format!(", stiffness ratio {}", digits(ratio)),
+            Some(ratio) => format!(", stiffness ratio {}", seven_digits(ratio)),
             None => String::new(),
         };
         let unit = d.coefficient_unit.as_deref().map(unit).unwrap_or_default();
@@ -178,6 +178,11 @@ fn run_lines(lines: &mut Lines, d: &Description) {
     if let Some(steps) = d.work.steps {
         lines.line("work", &format!("about {steps:.1e} steps, {limit}"));
     }
+}
+
+/// A number with enough digits to tell chains apart.
+pub fn seven_digits(x: f64) -> String {
+    digits(format!("{x:.6e}").parse().unwrap_or(x))
 }
 
 fn between([least, most]: [f64; 2]) -> String {
