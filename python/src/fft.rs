@@ -167,11 +167,12 @@ impl<T: Planned> Transform<T> {
                 pairs.try_for_each(|(from, to)| self.columns(from, to, is_parallel))
             }
             _ => {
-                // The axis last.
+                // The axis last, and one of length 1 before all, so that there are two.
                 let others = (0..input.ndim()).filter(|&other| other != axis);
                 let order: Vec<usize> = others.chain([axis]).collect();
-                let input = input.permuted_axes(order.clone());
-                self.one_by_one(input, output.permuted_axes(order), is_parallel)
+                let input = input.permuted_axes(order.clone()).insert_axis(Axis(0));
+                let output = output.permuted_axes(order).insert_axis(Axis(0));
+                self.one_by_one(input, output, is_parallel)
             }
         }
     }

@@ -22,6 +22,7 @@ from wavecascade._keywords.advice import advising
 from wavecascade._keywords.options import (
     AverageOptions,
     FieldOptions,
+    Gaps,
     Measure,
     Range,
     SegmentOptions,
@@ -214,6 +215,7 @@ class FluxOptions(ShotOptions, total=False):
     dispersion: str
     towards: Literal["both", "plus-x", "minus-x"]
     bands: int
+    gaps: Gaps
 
 
 @documented
