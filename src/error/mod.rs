@@ -183,7 +183,7 @@ pub enum Error {
 }
 
 impl From<InputFault> for Error {
-    /// Of a file whose path [`Error::at`] adds.
+    /// Of a file whose path is added later.
     fn from(fault: InputFault) -> Error {
         Error::input(Path::new(""))(fault)
     }

@@ -20,7 +20,7 @@ use header::{Header, Variable};
 /// A NetCDF file being written: classic with offsets of 64 bits (CDF-2), or, where an array takes 4 GiB
 /// or more, with lengths of 64 bits, too (CDF-5).
 ///
-/// Arrays are written in any order, in blocks if they are large ([`Sink`]). An array without samples has
+/// Arrays are written in any order, in blocks if they are large. An array without samples has
 /// no place in the format and is left out.
 #[derive(Debug)]
 pub struct NetCdf {
