@@ -24,6 +24,9 @@ _MAIN = (
     "compensated",
     "space_structure",
     "time_structure",
+    "total_plus",
+    "total_minus",
+    "loss_factor",
     # Of chains.
     "velocity",
     "force",
@@ -34,7 +37,7 @@ _MAIN = (
 )
 #: Points of results that are lists of points: ordinate, abscissa, colour.
 _POINTS = {
-    "group_velocity": ("frequency", "wavenumber", "branch"),
+    "branch": ("frequency", "wavenumber", "branch"),
     "biphase": ("second", "first", "bicoherence"),
 }
 #: Whose values, and whose scales, are powers.
@@ -51,7 +54,8 @@ def drawn(result: Any, names: str | Sequence[str] | None, axes: Any) -> Any:
         _scatter(flat[0], result, points)
         return flat
     if names is None:
-        chosen = [name for name in _MAIN if name in result and result[name].ndim in (1, 2)]
+        drawable = [name for name in _MAIN if name in result and result[name].size]
+        chosen = [name for name in drawable if result[name].ndim in (1, 2)]
         others = [name for name in result.data_vars if result[name].ndim in (1, 2)]
         chosen = chosen or others[:4]
     else:
