@@ -68,6 +68,8 @@ pub(super) struct Found {
     pub apart: f64,
     /// Share of the power that the waves leave, and of that the share of one wavenumber: 1 of another wave, `ln(n) / n` of noise.
     pub left: [f64; 2],
+    /// The largest factor between the power that the waves have among the sites of an end, and that of these sites.
+    pub ends: f64,
 }
 
 impl Found {
@@ -104,7 +106,8 @@ impl Band<'_> {
         let tried = self.starts.iter().map(|start| self.least_squares(*start));
         let best = tried.min_by(|a, b| a.1.residual.total_cmp(&b.1.residual));
         let (at, sums) = best.unwrap_or_default();
-        let sites = GROUPS.min(self.rows[0].spectrum.len());
+        let n = self.rows[0].spectrum.len();
+        let sites = GROUPS.min(n);
         // Shots are as random as they differ; frequencies of one record in blocks, since neighbours share a window's lobe.
         let count = if self.shots > 1 {
             self.shots
@@ -116,7 +119,8 @@ impl Band<'_> {
             shots => i % shots,
         };
         let without_sites = |g: usize| {
-            let has = |j: usize| j % sites != g;
+            // Neighbours, without which the fit tells how far it is off where waves change along x.
+            let has = |j: usize| j * sites / n != g;
             let at = self
                 .step(&at, &self.sums(&at, has, every), 0.0)
                 .unwrap_or(at);
@@ -140,7 +144,28 @@ impl Band<'_> {
             over_noise: (sums.squares - sums.residual) / waves / (sums.residual / sums.left),
             apart: sums.apart / self.rows.len() as f64,
             left: [sums.residual / sums.squares, self.in_one(&at, &sums)],
+            ends: self.ends(&at, &sums),
         }
+    }
+
+    /// Noise adds to the power of sites, and takes nothing from it.
+    fn ends(&self, at: &Unknowns, sums: &Sums) -> f64 {
+        let n = self.rows[0].spectrum.len();
+        let (width, noise) = (n.div_ceil(GROUPS), sums.residual / sums.left);
+        let factor = |from: usize| {
+            let (mut found, mut waves) = (0.0, 0.0);
+            for (row, ([a, b], _)) in self.rows.iter().zip(&sums.waves) {
+                let ratio = (-Self::exponent(row, at)).exp();
+                for j in from..from + width {
+                    let wave = a * ratio.powu(j as u32) + b * ratio.powu((n - 1 - j) as u32);
+                    found += row.spectrum[j].norm_sqr();
+                    waves += wave.norm_sqr();
+                }
+            }
+            let all_noise = noise * (self.rows.len() * width) as f64;
+            f64::max(waves / found, found / (waves + all_noise))
+        };
+        f64::max(factor(0), factor(n - width))
     }
 
     /// Share of what the waves leave of each of some rows that one wavenumber holds, a mean.

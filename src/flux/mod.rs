@@ -47,6 +47,9 @@ const VELOCITY_KNOWN: f64 = 0.3;
 /// Share of the shapes of the two waves that is not the same at least.
 const TOLD_APART: f64 = 0.2;
 
+/// Factor between the power at an end and that of the waves there at most.
+const AT_ENDS: f64 = 1.5;
+
 /// Where the group velocity comes from.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub enum GroupVelocity {
@@ -97,10 +100,12 @@ impl Default for FluxRequest {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoFlux {
-    /// Nothing stands above what one wave each way leaves.
+    /// Nothing stands above what one wave each way leaves, noise or another motion.
     NoWave,
     /// There is not one wave each way, or none of the stated relation.
     SeveralWaves,
+    /// At an end of the array the power is not that of the waves.
+    Ends,
     /// The wave decays within its length.
     Evanescent,
     /// The array is too short to tell both directions apart.
@@ -488,6 +493,7 @@ impl<'a> Search<'a> {
         match () {
             () if found.left[0] > SECOND && found.left[1] > IN_ONE => Err(NoFlux::SeveralWaves),
             () if !is_wave => Err(NoFlux::NoWave),
+            () if found.ends > AT_ENDS => Err(NoFlux::Ends),
             () if loss.abs() > wavenumber.abs() / TAU && wavenumber != 0.0 => {
                 Err(NoFlux::Evanescent)
             }

@@ -26,10 +26,14 @@ const DECIBELS: f64 = 20.0 / LN_10;
 const PREFIXES: [&str; 11] = ["a", "f", "p", "n", "µ", "m", "", "k", "M", "G", "T"];
 
 impl NoFlux {
-    const ALL: [(NoFlux, &str); 5] = [
+    const ALL: [(NoFlux, &str); 6] = [
         (
             NoFlux::NoWave,
             "no wave stands above what one wave each way leaves (noise, waves that have not passed all sites)",
+        ),
+        (
+            NoFlux::Ends,
+            "the waves do not pass all sites as one wave each way (they begin, end, grow or are cut within the array)",
         ),
         (NoFlux::SeveralWaves, "there is not one wave each way"),
         (NoFlux::Evanescent, "the wave decays within its length"),
@@ -48,7 +52,7 @@ impl Known {
     fn times(self, factor: f64) -> Known {
         Known {
             value: factor * self.value,
-            half: factor * self.half,
+            half: factor.abs() * self.half,
         }
     }
 
@@ -215,7 +219,11 @@ impl Flux {
             first.times(factor).words(&unit),
             reach.times(factor).words(""),
         );
-        let loss = self.loss.words(&compose(&["dB"], &[&words.space]));
+        let decibels = compose(&["dB"], &[&words.space]);
+        let loss = match self.loss.value < -self.loss.half {
+            true => format!("{} are gained", self.loss.times(-1.0).words(&decibels)),
+            false => format!("{} are lost", self.loss.words(&decibels)),
+        };
         let lost = |b: usize| {
             let (density, band) = (&self.density[way][0], &self.bands[b]);
             let lost = (density[[b, enters]] - density[[b, leaves]]) * (band.to - band.from);
@@ -231,7 +239,7 @@ impl Flux {
             _ => String::new(),
         };
         format!(
-            "{first} pass site {enters} towards {towards}, {reach} reach site {leaves}{returns}: {loss} are lost{most}"
+            "{first} pass site {enters} towards {towards}, {reach} reach site {leaves}{returns}: {loss}{most}"
         )
     }
 
