@@ -29,6 +29,8 @@ pub(super) struct Row<'a> {
     pub velocity: Option<f64>,
     /// What the square of an amplitude is of the flux, over the group velocity.
     pub weight: f64,
+    /// Cells from the first site of all to this row's first, and from its last to the last of all.
+    pub beyond: [f64; 2],
 }
 
 /// Rows of one band, by rising frequency, each `A q^j + B q^(n-1-j)` with `q = exp(-(loss + i wavenumber))`, and noise.
@@ -45,9 +47,11 @@ pub(super) struct Band<'a> {
     pub is_single: bool,
     /// Half of the band in cycles.
     pub half: f64,
+    /// Length of a cell where samples are strain rates.
+    pub strain: Option<f64>,
 }
 
-/// Per site: the loss of amplitude; frequency, wavenumber, group velocity, means by power; the flux of both waves where they enter.
+/// Per cell: the loss of amplitude; frequency, wavenumber, group velocity, means by power; the flux of both waves where they enter.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Numbers {
     pub loss: f64,
@@ -328,8 +332,13 @@ impl Band<'_> {
             numbers.wavenumber += power * Self::exponent(row, at).im;
             if has(i) {
                 counted += 1.0;
-                numbers.flux[0] += row.weight * velocity * (a - noise * own[0]);
-                numbers.flux[1] += row.weight * velocity * (b - noise * own[1]);
+                let wavenumber = Self::exponent(row, at).im;
+                let square = self.strain.map_or(1.0, |cell| (cell / wavenumber).powi(2));
+                for (way, power) in [a, b].into_iter().enumerate() {
+                    let entered = (2.0 * at[0] * row.beyond[way]).exp() * square;
+                    let power = power - noise * own[way];
+                    numbers.flux[way] += row.weight * velocity * entered * power;
+                }
             }
         }
         numbers.frequency /= all;

@@ -13,7 +13,7 @@ use ndarray::Array2;
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use crate::analyze::{Dispersion, DispersionCurve};
+use crate::analyze::{Axes, Dispersion, DispersionCurve};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{Realisations, Shots, TOGETHER};
 use crate::estimates::{Averaging, SIGNIFICANCE, Tapers, check_significance};
@@ -65,8 +65,9 @@ pub enum GroupVelocity {
 /// All choices of [`flux`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FluxRequest {
-    /// Mass of a unit of length, in SI units where the field has units; `None`: the flux is that of one unit of it.
-    pub mass_per_length: Option<Measure<LinearDensity>>,
+    /// Mass of a unit of length, in SI units where the field has units, at each site of a unit cell: of one for a uniform line, of two
+    /// for a dimer. Empty: the flux is that of one unit of mass per length.
+    pub mass_per_length: Vec<Measure<LinearDensity>>,
     pub group_velocity: GroupVelocity,
     /// Waves that there are: [`Travelling::Anywhere`] for both ways.
     pub towards: Travelling,
@@ -84,7 +85,7 @@ pub struct FluxRequest {
 impl Default for FluxRequest {
     fn default() -> Self {
         FluxRequest {
-            mass_per_length: None,
+            mass_per_length: Vec::new(),
             group_velocity: GroupVelocity::Measured,
             towards: Travelling::Anywhere,
             bands: 24,
@@ -147,6 +148,8 @@ pub struct Flux {
     /// Unit of power, or of the energy of a transient.
     pub power_unit: String,
     pub alpha: f64,
+    /// Positions of the sites of whole cells.
+    pub positions: Vec<f64>,
     pub bands: Vec<FluxBand>,
     /// `[towards +x, towards -x, net]` of each band and site: power (energy) per unit of frequency, and half of its interval.
     pub density: [[Array2<f64>; 2]; 3],
@@ -186,6 +189,9 @@ impl Flux {
 /// `|A|^2` as a one-sided power (energy) spectral density of velocity, without what noise adds. The cross terms of both waves, a share
 /// `a / k` of the larger flux, change sign within half a wavelength and are left out.
 ///
+/// Of unit cells of several sites each site has amplitudes of its own with the same `a` and `k` per cell, and P is the mean over the sites. Of a
+/// strain rate, `|A|^2 / k^2` is the square of the velocity.
+///
 /// Intervals are by the jackknife over groups of sites (noise, gains) and of frequencies or shots (noise, random powers).
 ///
 /// # Shapes and units
@@ -193,7 +199,7 @@ impl Flux {
 /// in those of the samples' square times a velocity.
 ///
 /// # Errors
-/// [`Error::Request`] for samples that are no velocities, fewer than 8 sites, and choices that do not fit; those of
+/// [`Error::Request`] for samples that are neither velocities nor strain rates, fewer than 8 cells, and choices that do not fit; those of
 /// [`ridges`].
 ///
 /// # Source
@@ -202,6 +208,17 @@ impl Flux {
 pub fn flux(fields: &[&Field], request: &FluxRequest, observer: &dyn Observer) -> Result<Flux> {
     check_significance(request.alpha)?;
     Error::require(request.bands > 0, "bands", "at least one", 0)?;
+    let cell = request.mass_per_length.len().max(1);
+    let cells: Vec<Field> = fields
+        .iter()
+        .filter(|_| cell > 1)
+        .map(|field| every(field, cell))
+        .collect();
+    let lattice: Vec<&Field> = if cell > 1 {
+        cells.iter().collect()
+    } else {
+        fields.to_vec()
+    };
     let scan = |segment| {
         let request = RidgesRequest {
             segment,
@@ -210,7 +227,7 @@ pub fn flux(fields: &[&Field], request: &FluxRequest, observer: &dyn Observer) -
             memory: request.memory,
             ..RidgesRequest::default()
         };
-        ridges(fields, &request, observer)
+        ridges(&lattice, &request, observer)
     };
     let mut found = scan(None)?;
     // A transient is seen best whole.
@@ -219,15 +236,37 @@ pub fn flux(fields: &[&Field], request: &FluxRequest, observer: &dyn Observer) -
     }
     let scan = found;
     let quantity = fields[0].quantity;
-    let is_velocity = quantity == Quantity::Velocity;
-    Error::require(is_velocity, "quantity", "velocities", quantity.name())?;
+    let is_known = matches!(quantity, Quantity::Velocity | Quantity::StrainRate);
+    let expected = "velocities or strain rates";
+    Error::require(is_known, "quantity", expected, quantity.in_words())?;
     let law = match &request.group_velocity {
-        GroupVelocity::Of(law) => Some(law.on(&scan.analysis.axes)?),
+        GroupVelocity::Of(law) => {
+            let (time, space) = (fields[0].time.clone(), fields[0].space.clone());
+            Some(law.on(&Axes {
+                time,
+                space,
+                ..scan.analysis.axes.clone()
+            })?)
+        }
         _ => None,
     };
     in_pool(request.threads, || {
         Search::new(fields, request, &scan, law, observer)?.run()
     })
+}
+
+/// The first site of each cell.
+fn every(field: &Field, cell: usize) -> Field {
+    let (n_times, n_sites) = (field.n_times(), field.n_sites());
+    let mut samples = vec![0.0; n_times * n_sites];
+    field.read_time_major(0..n_times, 0..n_sites, &mut samples);
+    let of = |(n, j): (usize, usize)| samples[n * n_sites + j * cell];
+    let mut lattice = Field::from_array(Array2::from_shape_fn((n_times, n_sites / cell), of));
+    lattice.name.clone_from(&field.name);
+    lattice.unit.clone_from(&field.unit);
+    (lattice.time, lattice.space) = (field.time.clone(), field.space.clone());
+    lattice.space.step *= cell as f64;
+    lattice
 }
 
 /// What is searched in.
@@ -237,15 +276,18 @@ struct Search<'a> {
     scan: &'a Ridges,
     law: Option<DispersionCurve>,
     is_transient: bool,
-    /// Of one unit of velocity squared times a velocity, and its unit.
-    power: (f64, String),
-    /// `[shot, bin][site]`, from the last site on where all waves come from there.
+    /// Of one unit of velocity squared times a velocity at each site of a cell, and its unit.
+    power: (Vec<f64>, String),
+    /// `[shot, bin, site of the cell][cell]`, from the last one on where all waves come from there.
     spectra: Vec<Vec<Complex<f64>>>,
     frequency: Vec<f64>,
     n_times: usize,
+    /// Of whole cells.
     n_sites: usize,
-    /// Distance of sites.
+    /// Length of a cell.
     site: f64,
+    is_strain: bool,
+    positions: Vec<f64>,
 }
 
 impl<'a> Search<'a> {
@@ -280,16 +322,22 @@ impl<'a> Search<'a> {
                 });
             })
         })?;
+        let (mut masses, unit) = power(field, &request.mass_per_length, is_transient)?;
+        let (cell, is_reversed) = (masses.len(), request.towards == Travelling::TowardMinusX);
+        if is_reversed {
+            masses.reverse();
+        }
         let row = |row: usize| {
             let of_tile = |(t, tile): (usize, &Vec<Complex<f64>>)| {
                 let width = TOGETHER.min(n_sites - t * TOGETHER);
                 tile[row * width..(row + 1) * width].to_vec()
             };
             let mut sites: Vec<_> = tiles.iter().enumerate().flat_map(of_tile).collect();
-            if request.towards == Travelling::TowardMinusX {
+            sites.truncate(n_sites / cell * cell);
+            if is_reversed {
                 sites.reverse();
             }
-            sites
+            (0..cell).map(move |first| sites[first..].iter().step_by(cell).copied().collect())
         };
         Ok(Search {
             request,
@@ -297,12 +345,18 @@ impl<'a> Search<'a> {
             scan,
             law,
             is_transient,
-            power: power(field, request.mass_per_length, is_transient)?,
-            spectra: (0..shots.count() * realisations.bins()).map(row).collect(),
+            power: (masses, unit),
+            spectra: (0..shots.count() * realisations.bins())
+                .flat_map(row)
+                .collect(),
             frequency: frequencies(n_times, field.time.step),
             n_times,
-            n_sites,
-            site: field.space.step,
+            n_sites: n_sites / cell * cell,
+            site: cell as f64 * field.space.step,
+            is_strain: field.quantity == Quantity::StrainRate,
+            positions: (0..n_sites / cell * cell)
+                .map(|j| field.space.at(j))
+                .collect(),
         })
     }
 
@@ -393,15 +447,17 @@ impl<'a> Search<'a> {
         Ok(near.iter().take(STARTS).map(start).collect())
     }
 
-    /// Wavenumber and group velocity that the law has at a frequency, by a parabola through three of its points.
+    /// Wavenumber up to the cells' Nyquist wavenumber and group velocity that the law has at a frequency, by a parabola through three of its
+    /// points.
     fn of_law(&self, law: &DispersionCurve, frequency: f64) -> Result<[f64; 2], NoFlux> {
         let zero = law.wavenumber.len() / 2;
         let k = &law.wavenumber[zero..];
+        let last = (k.len() - 1) / self.power.0.len();
         let is_crossed = |f: &[f64]| {
             f[0] <= frequency && frequency < f[1] || f[1] <= frequency && frequency < f[0]
         };
         let places = law.branches.iter().flat_map(|branch| {
-            let pairs = branch[zero..].windows(2).enumerate();
+            let pairs = branch[zero..=zero + last].windows(2).enumerate();
             let places = pairs.filter(|(_, pair)| is_crossed(pair));
             places.map(move |(i, _)| (&branch[zero..], i.min(k.len() - 3)))
         });
@@ -456,14 +512,17 @@ impl<'a> Search<'a> {
                 GroupVelocity::Stated(velocity) => Some(velocity / site),
                 GroupVelocity::Of(_) => Some(velocity / site),
             };
-            let weight = self.power.0 * site * fold(bin, self.n_times) / self.shots as f64;
-            rows.extend((0..self.shots).map(|shot| Row {
-                spectrum: &self.spectra[shot * self.frequency.len() + bin],
+            let weight = site * fold(bin, self.n_times) / self.shots as f64;
+            let cell = self.power.0.len();
+            let all = (0..cell).flat_map(|first| (0..self.shots).map(move |shot| (first, shot)));
+            rows.extend(all.map(|(first, shot)| Row {
+                spectrum: &self.spectra[(shot * self.frequency.len() + bin) * cell + first],
                 frequency,
                 offset: (frequency - middle) / half,
                 wavenumber: wavenumber * site,
                 velocity,
-                weight,
+                weight: weight * self.power.0[first],
+                beyond: [first, cell - 1 - first].map(|sites| sites as f64 / cell as f64),
             }));
         }
         let band = Band {
@@ -477,9 +536,10 @@ impl<'a> Search<'a> {
             is_both: self.is_both(),
             is_single: self.is_transient && self.shots == 1,
             half,
+            strain: self.is_strain.then_some(site),
         };
         let found = band.found();
-        let span = (self.n_sites - 1) as f64;
+        let span = (self.n_sites / self.power.0.len() - 1) as f64;
         let Numbers {
             loss,
             wavenumber,
@@ -515,7 +575,8 @@ impl<'a> Search<'a> {
 
     /// Flux of a band at a site: towards +x, towards -x, net.
     fn at(&self, numbers: &Numbers, site: usize) -> [f64; 3] {
-        let decay = |sites: usize| (-2.0 * numbers.loss * sites as f64).exp();
+        let decay =
+            |sites: usize| (-2.0 * numbers.loss * sites as f64 / self.power.0.len() as f64).exp();
         let (later, earlier) = (decay(site), decay(self.n_sites - 1 - site));
         let [first, second] = numbers.flux;
         match self.request.towards {
@@ -565,7 +626,7 @@ impl<'a> Search<'a> {
         });
         let mut powers = [0.0; 2];
         for (row, spectrum) in self.spectra.iter().enumerate() {
-            let bin = row % self.frequency.len();
+            let bin = row / self.power.0.len() % self.frequency.len();
             let within = |b: &FluxBand| (b.from..b.to).contains(&self.frequency[bin]);
             let is_stated = bands.iter().any(|b| b.found.is_some() && within(b));
             let squares: f64 = spectrum.iter().map(Complex::norm_sqr).sum();
@@ -581,6 +642,7 @@ impl<'a> Search<'a> {
             loss: Known::NONE,
             stated: powers[0] / powers[1],
             total,
+            positions: self.positions.clone(),
             bands: Vec::new(),
         };
         let (last, way) = (self.n_sites - 1, usize::from(flux.is_backward()));
@@ -588,7 +650,7 @@ impl<'a> Search<'a> {
         let [first, reach] = [enters, leaves].map(|site| flux.total[way][site].value);
         // To first order, the logarithm of the ratio.
         let ratio = |n: &Numbers| self.at(n, enters)[way] / first - self.at(n, leaves)[way] / reach;
-        let decibels = 10.0 / LN_10 / (last as f64 * self.site);
+        let decibels = 10.0 / LN_10 / (self.positions[last] - self.positions[0]);
         flux.loss = Known {
             value: decibels * (first / reach).ln(),
             half: decibels * known(&stated, &ratio).half,
@@ -598,17 +660,21 @@ impl<'a> Search<'a> {
     }
 }
 
-/// What a mean square velocity times a group velocity is multiplied by, both in units of the field, and the unit of power (energy).
+/// What a mean square velocity times a group velocity is multiplied by at each site of a cell, both in units of the field, and the unit of
+/// power (energy).
 ///
 /// # Errors
 /// [`Error::Request`] for a mass with a unit where the field's have no size.
 fn power(
     field: &Field,
-    mass: Option<Measure<LinearDensity>>,
+    masses: &[Measure<LinearDensity>],
     is_transient: bool,
-) -> Result<(f64, String)> {
+) -> Result<(Vec<f64>, String)> {
     let units = Units::of(&field.time, &field.space, field.unit.as_deref());
-    let sample = field.unit.as_deref().unwrap_or_default();
+    let mut sample = field.unit.clone().unwrap_or_default();
+    if field.quantity == Quantity::StrainRate {
+        sample = compose(&[&sample, &units.space], &[]);
+    }
     let sizes = || {
         let (over, under) = sample.split_once('/')?;
         let time = size::<Time>(&units.time)?;
@@ -617,33 +683,33 @@ fn power(
         Some(velocity.powi(2) * size::<Length>(&units.space)? / time * passed)
     };
     let passed = if is_transient { &units.time } else { "" };
-    let own = compose(&[&square(sample), &units.velocity, passed], &[]);
+    let own = compose(&[&square(&sample), &units.velocity, passed], &[]);
     // A record's mean square, or its integral.
-    let measure = if is_transient {
+    let mut measure = if is_transient {
         field.time.step
     } else {
         1.0 / field.n_times() as f64
     };
-    match (mass, sizes()) {
-        (Some(mass), _) if mass.value <= 0.0 => Err(Error::request(
-            "mass-per-length",
-            "a mass above 0",
-            mass.value,
-        )),
-        (Some(mass), Some(size)) => {
-            let unit = if is_transient { "J" } else { "W" };
-            Ok((measure * mass.value * size, unit.into()))
-        }
-        (Some(mass), None) if mass.has_unit => {
-            let expected = "a number: samples, times or positions have no unit that is known";
-            Err(Error::request(
-                "mass-per-length",
-                expected,
-                format!("{mass:?}"),
-            ))
-        }
-        (mass, _) => Ok((measure * mass.map_or(1.0, |mass| mass.value), own)),
+    let fault = |expected, found: String| Err(Error::request("mass-per-length", expected, found));
+    if let Some(mass) = masses.iter().find(|mass| mass.value <= 0.0) {
+        return fault("masses above 0", mass.value.to_string());
     }
+    let unit = match sizes() {
+        Some(size) if !masses.is_empty() => {
+            measure *= size;
+            if is_transient { "J".into() } else { "W".into() }
+        }
+        None if masses.iter().any(|mass| mass.has_unit) => {
+            let expected = "numbers: samples, times or positions have no unit that is known";
+            return fault(expected, format!("{masses:?}"));
+        }
+        _ => own,
+    };
+    if masses.is_empty() {
+        return Ok((vec![measure], unit));
+    }
+    let of = |mass: &Measure<LinearDensity>| measure * mass.value / masses.len() as f64;
+    Ok((masses.iter().map(of).collect(), unit))
 }
 
 impl Known {

@@ -22,6 +22,8 @@ const DEFINITIONS: &str = "\
 
 /// Decibels of a neper.
 const DECIBELS: f64 = 20.0 / LN_10;
+/// Share of the power without a flux that is said at once.
+const SAID: f64 = 0.1;
 /// Metric prefixes of thousands, from the least on.
 const PREFIXES: [&str; 11] = ["a", "f", "p", "n", "µ", "m", "", "k", "M", "G", "T"];
 
@@ -136,11 +138,8 @@ impl Describe for Flux {
 
     fn pictures(&self) -> Vec<PlotRow> {
         let words = self.units(true);
-        let enters = if self.is_backward() {
-            self.scan.analysis.axes.n_sites - 1
-        } else {
-            0
-        };
+        let last = self.positions.len() - 1;
+        let enters = if self.is_backward() { last } else { 0 };
         let series = |name: &str, colour, of: &dyn Fn(usize) -> Known| {
             let points = self.bands.iter().map(|band| band.frequency).enumerate();
             let points = points.map(|(b, f)| [f, of(b).value, of(b).half]);
@@ -192,7 +191,7 @@ impl Flux {
                 .max_by_key(|(reason, _)| count(Some(*reason)));
             return format!("no flux can be stated: {}", most.map_or("", |(_, why)| why));
         }
-        let (words, last) = (self.units(true), self.scan.analysis.axes.n_sites - 1);
+        let (words, last) = (self.units(true), self.positions.len() - 1);
         let (way, [enters, leaves], [towards, other]) = match self.is_backward() {
             false => (0, [0, last], ["+x", "−x"]),
             true => (1, [last, 0], ["−x", "+x"]),
@@ -238,17 +237,23 @@ impl Flux {
             }
             _ => String::new(),
         };
+        let without = match 1.0 - self.stated {
+            share if share > SAID => {
+                format!("; {} of the power of all samples has none", percent(share))
+            }
+            _ => String::new(),
+        };
         format!(
-            "{first} pass site {enters} towards {towards}, {reach} reach site {leaves}{returns}: {loss}{most}"
+            "{first} pass site {enters} towards {towards}, {reach} reach site {leaves}{returns}: {loss}{most}{without}"
         )
     }
 
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
-        let (units, axes) = (self.units(false), &self.scan.analysis.axes);
+        let units = self.units(false);
         let [np, db] = ["Np", "dB"].map(|unit| compose(&[unit], &[&units.space]));
         let [f, k, v] = [&units.frequency[..], &units.wavenumber, &units.velocity];
         let band = |of: fn(&FluxBand) -> f64| self.bands.iter().map(of).collect::<Vec<f64>>();
-        sheet.axis(Role::Position, &units, axes.positions());
+        sheet.axis(Role::Position, &units, self.positions.clone());
         sheet.axis(Role::Frequency, &units, band(|band| band.frequency));
         sheet.line("from", "frequency", f, band(|band| band.from));
         sheet.line("to", "frequency", f, band(|band| band.to));

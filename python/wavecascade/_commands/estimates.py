@@ -210,7 +210,7 @@ def coherence(
 class FluxOptions(ShotOptions, total=False):
     """The options of ``cascade flux``."""
 
-    mass_per_length: Measure
+    mass_per_length: Measure | Sequence[Measure]
     group_velocity: Measure
     dispersion: str
     towards: Literal["both", "plus-x", "minus-x"]
@@ -227,7 +227,7 @@ def flux(field: Any, *, progress: Progress = None, **options: Unpack[FluxOptions
     Parameters
     ----------
     **options
-        Those of ``cascade flux``: ``mass_per_length`` (``"0.3kg/m"``), ``group_velocity`` or
+        Those of ``cascade flux``: ``mass_per_length`` (``"0.3kg/m"``, or of each site of a cell), ``group_velocity`` or
         ``dispersion`` (``"c*k^2; c=0.5"``), ``towards`` as ``"both"``, ``"plus-x"`` or ``"minus-x"``,
         ``bands``, ``gaps``, ``significance``, ``threads``, and how the
         field is read.

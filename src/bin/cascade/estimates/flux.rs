@@ -20,10 +20,10 @@ use crate::parse;
 /// What `cascade flux` takes.
 #[derive(Debug, Args)]
 pub struct Flux {
-    /// Mass of a unit of length, such as 0.3kg/m; in kg/m without a unit, where the field has units [default: the flux of one
-    /// unit of mass per length].
-    #[arg(long, value_name = "MASS", value_parser = parse::step::<LinearDensity>)]
-    pub mass_per_length: Option<Measure<LinearDensity>>,
+    /// Mass of a unit of length, such as 0.3kg/m; in kg/m without a unit, where the field has units; of unit cells of several
+    /// sites each site's, such as 1,0.3 of a dimer [default: the flux of one unit of mass per length].
+    #[arg(long, value_name = "MASS", value_delimiter = ',', value_parser = parse::step::<LinearDensity>)]
+    pub mass_per_length: Vec<Measure<LinearDensity>>,
     /// Group velocity at all frequencies, such as 3km/s, or in units of length over units of time [default: the slope of the
     /// wavenumbers that are found].
     #[arg(long, value_name = "SPEED", value_parser = parse::step::<Speed>, conflicts_with = "dispersion")]
@@ -108,7 +108,7 @@ impl Describing for Flux {
 
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
         let request = FluxRequest {
-            mass_per_length: self.mass_per_length,
+            mass_per_length: self.mass_per_length.clone(),
             group_velocity: self.group_velocity(given.fields.first().copied())?,
             towards: self.towards.into(),
             bands: self.bands,
