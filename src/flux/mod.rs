@@ -209,6 +209,14 @@ pub fn flux(fields: &[&Field], request: &FluxRequest, observer: &dyn Observer) -
     check_significance(request.alpha)?;
     Error::require(request.bands > 0, "bands", "at least one", 0)?;
     let cell = request.mass_per_length.len().max(1);
+    let sites = fields.first().map_or(0, |field| field.n_sites());
+    let expected = "masses of a unit cell, of which the field has at least 8";
+    Error::require(
+        cell == 1 || sites / cell >= 8,
+        "mass-per-length",
+        expected,
+        sites / cell,
+    )?;
     let cells: Vec<Field> = fields
         .iter()
         .filter(|_| cell > 1)

@@ -5,6 +5,7 @@ use std::f64::consts::LN_10;
 use serde_json::json;
 
 use super::{Flux, FluxBand, Known, NoFlux};
+use crate::measure::counted;
 use crate::numeric::sorted;
 use crate::sheet::{
     BLUE, Chart, Describe, PlotRow, Role, Series, Sheet, Units, VERMILLION, confidence, percent,
@@ -113,7 +114,7 @@ impl Describe for Flux {
                 let count = without.len();
                 sheet.fact(
                     "without a flux",
-                    format!("{count} bands within {from} to {to}: {why}"),
+                    format!("{} within {from} to {to}: {why}", counted(count, "band")),
                 );
             }
         }
