@@ -1,23 +1,66 @@
 //! Signals that would end the program without a word.
 
+use std::sync::atomic::{AtomicI32, Ordering};
+
 #[cfg(unix)]
-pub use unix::{Watched, prepare, remember_stop, stopped_by};
+pub use unix::{Watched, prepare};
 
 #[cfg(not(unix))]
-pub use other::{Watched, prepare, remember_stop, stopped_by};
+pub use other::{Watched, prepare};
+
+/// The last signal that asked to stop.
+static STOPPED_BY: AtomicI32 = AtomicI32::new(0);
+
+/// Calls `stop` at each interrupt, termination and hangup, on a thread of its own. Only the first call has an effect.
+/// Where the system refuses, these still end the program, only less tidily.
+pub fn on_stop(stop: impl Fn() + Send + 'static) {
+    static CALLED: std::sync::Once = std::sync::Once::new();
+    CALLED.call_once(|| {
+        #[cfg(unix)]
+        {
+            use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+            let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP])
+            else {
+                return;
+            };
+            let listen = move || {
+                for signal in signals.forever() {
+                    STOPPED_BY.store(signal, Ordering::Relaxed);
+                    stop();
+                }
+            };
+            let _ = std::thread::Builder::new().spawn(listen);
+        }
+        #[cfg(not(unix))]
+        let _ = ctrlc::set_handler(stop);
+    });
+}
+
+/// The number of the signal that came, if one did and signals have numbers here.
+pub fn stopped_by() -> Option<i32> {
+    Some(STOPPED_BY.load(Ordering::Relaxed)).filter(|&signal| signal != 0)
+}
 
 #[cfg(unix)]
 mod unix {
     use std::ffi::{c_int, c_void};
     use std::os::unix::ffi::OsStrExt;
     use std::path::Path;
+    use std::ptr::null_mut;
     use std::sync::OnceLock;
-    use std::sync::atomic::{AtomicBool, AtomicI32, AtomicPtr, AtomicUsize, Ordering};
+    use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicUsize, Ordering};
 
     /// Files that are mapped at a time and named in the message; of more it is silent.
     const SLOTS: usize = 64;
 
-    static WATCHED: [Slot; SLOTS] = [const { Slot::empty() }; SLOTS];
+    static WATCHED: [Slot; SLOTS] = [const {
+        Slot {
+            path: AtomicPtr::new(null_mut()),
+            length: AtomicUsize::new(0),
+            start: AtomicUsize::new(0),
+            end: AtomicUsize::new(0),
+        }
+    }; SLOTS];
 
     /// What follows the path in the message.
     static TEXT: OnceLock<&'static str> = OnceLock::new();
@@ -28,26 +71,13 @@ mod unix {
     /// Whether a thread writes the message: several may read what is gone.
     static SAID: AtomicBool = AtomicBool::new(false);
 
-    /// A range of memory and the path of its file. The end is 0 while there is none, and is written
-    /// last, so that the handler sees a whole slot or none.
+    /// The path of a file, null while the slot is free, and its range of memory. The end is 0 while there is none, and is
+    /// written last, so that the handler sees a whole slot or none.
     struct Slot {
-        is_taken: AtomicBool,
-        start: AtomicUsize,
-        end: AtomicUsize,
         path: AtomicPtr<u8>,
         length: AtomicUsize,
-    }
-
-    impl Slot {
-        const fn empty() -> Slot {
-            Slot {
-                is_taken: AtomicBool::new(false),
-                start: AtomicUsize::new(0),
-                end: AtomicUsize::new(0),
-                path: AtomicPtr::new(std::ptr::null_mut()),
-                length: AtomicUsize::new(0),
-            }
-        }
+        start: AtomicUsize,
+        end: AtomicUsize,
     }
 
     /// A mapped file, named in the message of [`prepare`] as long as this lives. It must live longer
@@ -63,13 +93,21 @@ mod unix {
         /// Of the file at `path`, mapped at `bytes`.
         pub fn new(bytes: &[u8], path: &Path) -> Watched {
             let path: Box<[u8]> = path.as_os_str().as_bytes().into();
-            let take = |slot: &&Slot| !slot.is_taken.swap(true, Ordering::Acquire);
-            let found = WATCHED.iter().position(|slot| take(&slot));
+            let text = path.as_ptr().cast_mut();
+            let take = |slot: &Slot| {
+                let taken = slot.path.compare_exchange(
+                    null_mut(),
+                    text,
+                    Ordering::Acquire,
+                    Ordering::Relaxed,
+                );
+                taken.is_ok()
+            };
+            let found = WATCHED.iter().position(take);
             if let Some(n) = found {
                 let (slot, start) = (&WATCHED[n], bytes.as_ptr().addr());
-                slot.start.store(start, Ordering::Relaxed);
-                slot.path.store(path.as_ptr().cast_mut(), Ordering::Relaxed);
                 slot.length.store(path.len(), Ordering::Relaxed);
+                slot.start.store(start, Ordering::Relaxed);
                 slot.end.store(start + bytes.len(), Ordering::Release);
             }
             Watched {
@@ -83,72 +121,8 @@ mod unix {
         fn drop(&mut self) {
             if let Some(slot) = self.slot.map(|n| &WATCHED[n]) {
                 slot.end.store(0, Ordering::Release);
-                slot.is_taken.store(false, Ordering::Release);
+                slot.path.store(null_mut(), Ordering::Release);
             }
-        }
-    }
-
-    /// Signals that stop a process, beside the interrupt.
-    const STOPS: [c_int; 2] = [libc::SIGTERM, libc::SIGHUP];
-
-    /// The last of them that came.
-    static STOPPED_BY: AtomicI32 = AtomicI32::new(0);
-
-    /// The handlers that they had.
-    static HANDLERS: [AtomicUsize; 2] = [const { AtomicUsize::new(0) }; 2];
-
-    /// Has the handlers that `set` sets for a termination and a hangup be preceded by a note of the signal. One that comes
-    /// meanwhile waits.
-    pub fn remember_stop(set: impl FnOnce()) {
-        // SAFETY: zeros are a valid set; the pointers are those of live locals.
-        let before = unsafe {
-            let (mut stops, mut before): (libc::sigset_t, libc::sigset_t) = std::mem::zeroed();
-            libc::sigemptyset(&mut stops);
-            for signal in STOPS {
-                libc::sigaddset(&mut stops, signal);
-            }
-            libc::pthread_sigmask(libc::SIG_BLOCK, &stops, &mut before);
-            before
-        };
-        set();
-        note_stops();
-        // SAFETY: the pointer is that of a live local.
-        unsafe { libc::pthread_sigmask(libc::SIG_SETMASK, &before, std::ptr::null_mut()) };
-    }
-
-    fn note_stops() {
-        for (signal, former) in STOPS.into_iter().zip(&HANDLERS) {
-            // SAFETY: zeros are a valid `sigaction`; the pointers are those of live locals.
-            unsafe {
-                let mut action: libc::sigaction = std::mem::zeroed();
-                let is_known = libc::sigaction(signal, std::ptr::null(), &mut action) == 0;
-                let handler: extern "C" fn(c_int) = on_stop;
-                let ours = handler as libc::sighandler_t;
-                let is_plain = action.sa_flags & libc::SA_SIGINFO == 0;
-                let is_none = [libc::SIG_DFL, libc::SIG_IGN, ours].contains(&action.sa_sigaction);
-                if is_known && is_plain && !is_none {
-                    former.store(action.sa_sigaction, Ordering::Release);
-                    action.sa_sigaction = ours;
-                    libc::sigaction(signal, &action, std::ptr::null_mut());
-                }
-            }
-        }
-    }
-
-    /// The termination or hangup that came, if one did.
-    pub fn stopped_by() -> Option<c_int> {
-        Some(STOPPED_BY.load(Ordering::Relaxed)).filter(|&signal| signal != 0)
-    }
-
-    /// Calls nothing but the former handler.
-    extern "C" fn on_stop(signal: c_int) {
-        STOPPED_BY.store(signal, Ordering::Relaxed);
-        let former = STOPS.iter().position(|&stop| stop == signal);
-        let former = former.map_or(0, |n| HANDLERS[n].load(Ordering::Acquire));
-        if former != 0 {
-            // SAFETY: it was set as a handler of this type before this one was.
-            let former: extern "C" fn(c_int) = unsafe { std::mem::transmute(former) };
-            former(signal);
         }
     }
 
@@ -240,14 +214,4 @@ mod other {
 
     /// Of no effect here: there are no such signals.
     pub fn prepare(_text: &'static str) {}
-
-    /// Likewise.
-    pub fn remember_stop(set: impl FnOnce()) {
-        set();
-    }
-
-    /// None here.
-    pub fn stopped_by() -> Option<i32> {
-        None
-    }
 }
