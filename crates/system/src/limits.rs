@@ -110,8 +110,6 @@ impl Version {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     /// What is free under a root that holds these files: a path and a text a line, `;` for the end of a line in it.
     fn free(name: &str, files: &str) -> Option<u64> {
         let root = std::env::temp_dir().join(format!("limits-{}-{name}", std::process::id()));
