@@ -1,9 +1,8 @@
-//! Worker threads of one run.
+//! Worker threads of one run, with the library's error.
 
 use crate::error::{Error, Result};
 
-/// Runs `work` on a pool of `threads` threads. With `None`, or if the current pool has that number
-/// of threads, it runs on the current pool.
+/// As [`wavecascade_system::threads::in_pool`].
 ///
 /// # Errors
 /// Those of `work`; [`Error::Threads`] where the threads cannot be started.
@@ -11,15 +10,8 @@ pub(crate) fn in_pool<T: Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> Result<T> + Send,
 ) -> Result<T> {
-    let is_worker = rayon::current_thread_index().is_some();
-    let fits = |threads: usize| is_worker && threads == rayon::current_num_threads();
-    let Some(threads) = threads.filter(|threads| !fits(*threads)) else {
-        return work();
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| Error::Threads {
-        threads,
+    wavecascade_system::threads::in_pool(threads, work).map_err(|error| Error::Threads {
+        threads: threads.unwrap_or_else(rayon::current_num_threads),
         reason: error.to_string(),
-    })?;
-    pool.install(work)
+    })?
 }

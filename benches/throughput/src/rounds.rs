@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::{Buffer, CaseOf, Description, Implementation};
 use crate::{Error, Result};
-use rayon::ThreadPoolBuilder;
+use wavecascade_system::threads::in_pool;
 
 /// The clock that times are measured with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -90,12 +90,7 @@ impl Rounds {
         let mut arrays = case.prepare()?;
         let mut times: BTreeMap<Implementation, Vec<f64>> = BTreeMap::new();
         let clock = Clock::of(case.threads);
-        let pool = ThreadPoolBuilder::new().num_threads(case.threads).build();
-        let pool = pool.map_err(|error| Error::Threads {
-            threads: case.threads,
-            reason: error.to_string(),
-        })?;
-        pool.install(|| {
+        in_pool(Some(case.threads), || {
             for round in 0..=self.rounds {
                 for &way in &self.ways {
                     let time = clock.milliseconds(|| arrays.run(way, case.threads > 1));
@@ -104,7 +99,11 @@ impl Rounds {
                     }
                 }
             }
-        });
+        })
+        .map_err(|error| Error::Threads {
+            threads: case.threads,
+            reason: error.to_string(),
+        })?;
         let about = arrays.about();
         // Frees the memory that the copy needs.
         drop(arrays);

@@ -1,4 +1,4 @@
-//! Files at given positions and files that appear whole, memory, prefetch and signals: what the crates of this
+//! Files at given positions and files that appear whole, memory, prefetch, threads and signals: what the crates of this
 //! workspace need of the system.
 
 #![warn(missing_debug_implementations, missing_docs)]
@@ -9,3 +9,4 @@ pub mod memory;
 pub mod prefetch;
 pub mod publish;
 pub mod signals;
+pub mod threads;
