@@ -9,8 +9,8 @@ use std::f64::consts::{LN_10, PI};
 use crate::error::{Error, Result};
 use crate::numeric::Real;
 
-/// Brackets, signs and powers within each other at most.
-const DEPTH: usize = 100;
+/// Brackets, signs and right sides of operators within each other at most.
+const DEPTH: usize = 200;
 
 /// Places between the ends of a range at which breaks are looked for.
 const PROBES: usize = 16;
@@ -63,6 +63,18 @@ pub(crate) enum Operator {
     Least,
     Most,
 }
+
+/// Operators between operands, and how strongly they bind.
+static BETWEEN: [(char, Operator, u8); 5] = [
+    ('+', Operator::Plus, 1),
+    ('-', Operator::Minus, 1),
+    ('*', Operator::Times, 2),
+    ('/', Operator::Over, 2),
+    ('^', Operator::Power, 4),
+];
+
+/// Between those of products and of powers: `-k^2` is `-(k^2)`.
+const SIGN: u8 = 3;
 
 /// Operators that are typed as functions.
 const NAMED: [(&str, Operator); 3] = [
@@ -207,25 +219,16 @@ impl Node {
 /// [`Error::Request`] for a name that a formula knows otherwise, or a value that is no number.
 pub(crate) fn parse_constants(text: &str, words: Words) -> Result<Constants> {
     let mut constants = Constants::new();
-    for typed in text
-        .split(',')
-        .map(str::trim)
-        .filter(|typed| !typed.is_empty())
-    {
-        let fault = |expected: &str| Error::Request {
-            option: words.option,
-            expected: expected.into(),
-            found: format!("`{typed}`"),
-        };
+    let all = text.split(',').map(str::trim);
+    for typed in all.filter(|typed| !typed.is_empty()) {
+        let fault = |expected: &str| Error::request(words.option, expected, format!("`{typed}`"));
         let (name, value) = typed
             .split_once('=')
             .ok_or_else(|| fault("constants as NAME=NUMBER, separated by commas"))?;
         let (name, value) = (name.trim(), value.trim().parse::<f64>());
         if name == words.variable || !is_free(name) {
-            let expected = format!(
-                "the name of a constant, not {}, pi or a function's",
-                words.variable
-            );
+            let variable = words.variable;
+            let expected = format!("the name of a constant, not {variable}, pi or a function's");
             return Err(fault(&expected));
         }
         match value {
@@ -257,7 +260,7 @@ pub(crate) fn parse(text: &str, constants: &Constants, words: Words) -> Result<N
         constants,
         words,
     };
-    let root = reader.sum()?;
+    let root = reader.expression(0)?;
     match reader.peek() {
         None => Ok(root),
         Some(_) => Err(reader.fault("an operator (+ - * / ^) or the end")),
@@ -304,11 +307,8 @@ impl Reader<'_> {
 
     fn fault_at(&self, expected: &str, found: &str, at: usize) -> Error {
         let place = self.text[..at].chars().count() + 1;
-        Error::Request {
-            option: self.words.option,
-            expected: expected.into(),
-            found: format!("{found} at character {place} of `{}`", self.text),
-        }
+        let found = format!("{found} at character {place} of `{}`", self.text);
+        Error::request(self.words.option, expected, found)
     }
 
     fn word(&self) -> &str {
@@ -316,58 +316,39 @@ impl Reader<'_> {
         &rest[..rest.find(|c| !is_of_name(c)).unwrap_or(rest.len())]
     }
 
-    fn sum(&mut self) -> Result<Node> {
-        let operators = [('+', Operator::Plus), ('-', Operator::Minus)];
-        self.joined(operators, Reader::product)
-    }
-
-    fn product(&mut self) -> Result<Node> {
-        let operators = [('*', Operator::Times), ('/', Operator::Over)];
-        self.joined(operators, Reader::signed)
-    }
-
-    /// Operands between operators of the same precedence.
-    fn joined(
-        &mut self,
-        operators: [(char, Operator); 2],
-        operand: fn(&mut Self) -> Result<Node>,
-    ) -> Result<Node> {
-        let mut left = operand(self)?;
-        while let Some((_, operator)) = operators.iter().find(|(typed, _)| self.take(*typed)) {
-            left = Node::pair(*operator, left, operand(self)?);
-        }
-        Ok(left)
-    }
-
-    fn signed(&mut self) -> Result<Node> {
+    /// An expression whose operators bind at least so strongly (precedence climbing).
+    fn expression(&mut self, least: u8) -> Result<Node> {
         self.depth += 1;
         if self.depth > DEPTH {
             return Err(self.fault("a formula less deeply nested"));
         }
-        let node = if self.take('-') {
-            Node::Negative(Box::new(self.signed()?))
+        let mut left = if self.take('-') {
+            Node::Negative(Box::new(self.expression(SIGN)?))
         } else if self.take('+') {
-            self.signed()?
+            self.expression(SIGN)?
         } else {
-            self.power()?
+            self.operand()?
         };
-        self.depth -= 1;
-        Ok(node)
-    }
-
-    fn power(&mut self) -> Result<Node> {
-        let base = self.operand()?;
-        match self.take('^') {
-            true => Ok(Node::pair(Operator::Power, base, self.signed()?)),
-            false => Ok(base),
+        let binds = |operator: &&(char, Operator, u8)| operator.2 >= least;
+        while let Some((_, operator, strength)) =
+            BETWEEN.iter().filter(binds).find(|it| self.take(it.0))
+        {
+            // Powers are read from the right, and their exponents may have a sign.
+            let of_right = match operator {
+                Operator::Power => SIGN,
+                _ => strength + 1,
+            };
+            left = Node::pair(*operator, left, self.expression(of_right)?);
         }
+        self.depth -= 1;
+        Ok(left)
     }
 
     fn operand(&mut self) -> Result<Node> {
         match self.peek() {
             Some('(') => {
                 self.at += 1;
-                let inner = self.sum()?;
+                let inner = self.expression(0)?;
                 self.close(inner)
             }
             Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
@@ -392,30 +373,24 @@ impl Reader<'_> {
             !goes_on
         });
         let typed = &rest[..end.unwrap_or(rest.len())];
-        match typed.parse() {
-            Ok(value) => {
-                self.at += typed.len();
-                Ok(Node::Number(value))
-            }
-            Err(_) => Err(self.fault_at(
-                "a number, with * between it and a name",
-                &format!("`{typed}`"),
-                self.at,
-            )),
-        }
+        let Ok(value) = typed.parse() else {
+            let expected = "a number, with * between it and a name";
+            return Err(self.fault_at(expected, &format!("`{typed}`"), self.at));
+        };
+        self.at += typed.len();
+        Ok(Node::Number(value))
     }
 
     fn named(&mut self) -> Result<Node> {
         let name = self.word().to_owned();
         let start = self.at;
         self.at += name.len();
-        let known = match &name[..] {
-            _ if name == self.words.variable => Some(Node::Variable),
-            "pi" => Some(Node::Number(PI)),
-            _ => self.constants.get(&name).copied().map(Node::Number),
-        };
-        if let Some(node) = known {
-            return Ok(node);
+        if name == self.words.variable {
+            return Ok(Node::Variable);
+        }
+        let constant = self.constants.get(&name).copied();
+        if let Some(value) = constant.or_else(|| (name == "pi").then_some(PI)) {
+            return Ok(Node::Number(value));
         }
         let function = FUNCTIONS.iter().position(|f| f.0 == name);
         let operator = NAMED.iter().find(|f| f.0 == name).map(|f| f.1);
@@ -425,25 +400,23 @@ impl Reader<'_> {
         if !self.take('(') {
             return Err(self.fault(&format!("( after {name}")));
         }
-        let first = self.sum()?;
-        let node = match (function, operator) {
-            (Some(place), _) => Node::Function(place, Box::new(first)),
-            (None, Some(operator)) => {
-                if !self.take(',') {
-                    return Err(self.fault(&format!("a second argument of {name} after a comma")));
-                }
-                Node::pair(operator, first, self.sum()?)
+        let mut node = self.expression(0)?;
+        if let Some(place) = function {
+            node = Node::Function(place, Box::new(node));
+        } else if let Some(operator) = operator {
+            if !self.take(',') {
+                return Err(self.fault(&format!("a second argument of {name} after a comma")));
             }
-            (None, None) => first,
-        };
+            node = Node::pair(operator, node, self.expression(0)?);
+        }
         self.close(node)
     }
 
     fn known_names(&self) -> String {
         let constants: Vec<&str> = self.constants.keys().map(String::as_str).collect();
-        let known = match constants.is_empty() {
-            true => String::new(),
-            false => constants.join(", ") + "; others are ",
+        let known = match &constants[..] {
+            [] => String::new(),
+            known => known.join(", ") + "; others are ",
         };
         let functions: Vec<&str> = FUNCTIONS.iter().map(|f| f.0).collect();
         format!(
@@ -501,26 +474,15 @@ mod tests {
             ("2k", "`2k` at character 1", "a number, with *"),
             ("sin k", "`k` at character 5", "( after sin"),
             ("pow(k)", "`)` at character 6", "a second argument"),
-            (
-                "k*\u{3c9}",
-                "`\u{3c9}` at character 3",
-                "k, pi, a constant (a",
-            ),
+            ("k*\u{3c9}", "`\u{3c9}` at character 3", "k, pi, a cons"),
             ("1..2", "`1..2` at character 1", "a number"),
             ("k $ 2", "`$` at character 3", "an operator"),
         ] {
             let constants = Constants::from([("a".into(), 0.5)]);
-            match parse(text, &constants, WORDS) {
-                Err(Error::Request {
-                    expected: e,
-                    found: f,
-                    ..
-                }) => {
-                    assert!(f.starts_with(found), "{text}: {f}");
-                    assert!(e.contains(expected), "{text}: {e}");
-                }
-                other => panic!("{text}: {other:?}"),
-            }
+            let error = parse(text, &constants, WORDS).unwrap_err().to_string();
+            let (e, f) = error.split_once(", found ").unwrap();
+            assert!(f.starts_with(found), "{text}: {f}");
+            assert!(e.contains(expected), "{text}: {e}");
         }
         let deep = "(".repeat(5000);
         assert!(parse(&deep, &Constants::new(), WORDS).is_err());
@@ -534,20 +496,14 @@ mod tests {
 
     #[test]
     fn val_closed_form_kinks() {
-        let node = parse(
-            "min(k, 0.3) + abs(k + 1/7)*max(k^2, 4)",
-            &Constants::new(),
-            WORDS,
-        )
-        .unwrap();
+        let text = "min(k, 0.3) + abs(k + 1/7)*max(k^2, 4)";
+        let node = parse(text, &Constants::new(), WORDS).unwrap();
         let known = [0.3, -1.0 / 7.0, -2.0];
         let breaks = node.breaks(1.0, -3.0);
         assert_eq!(breaks.len(), 3, "{breaks:?}");
-        let mut pairs = breaks.iter().zip(known);
-        assert!(
-            pairs.all(|(a, b)| (a / b - 1.0).abs() < 1e-15),
-            "{breaks:?}"
-        );
+        for (a, b) in breaks.iter().zip(known) {
+            assert!((a / b - 1.0).abs() < 1e-15, "{breaks:?}");
+        }
         assert!(node.breaks(0.0, 0.2).is_empty());
     }
 
@@ -569,17 +525,15 @@ mod tests {
                 let at = |i: f64| node.at(Jet::variable(k + i * h));
                 let Jet { value, slope, bend } = at(0.0);
                 assert_eq!(value.to_bits(), node.at(k).to_bits(), "{text}");
-                for (of, known, most) in [
-                    ((|jet| jet.value) as fn(Jet) -> f64, slope, 1e-9),
-                    (|jet| jet.slope, bend, 1e-8),
-                ] {
-                    let [a, b, c, d] = [-2.0, -1.0, 1.0, 2.0].map(|i| of(at(i)));
+                let near = [-2.0, -1.0, 1.0, 2.0].map(at);
+                let check = |of: fn(Jet) -> f64, known: f64, most: f64| {
+                    let [a, b, c, d] = near.map(of);
                     let found = (8.0 * (c - b) - (d - a)) / (12.0 * h);
-                    assert!(
-                        (found - known).abs() < most * known.abs().max(1.0),
-                        "{text}"
-                    );
-                }
+                    let off = (found - known).abs() / known.abs().max(1.0);
+                    assert!(off < most, "{text}");
+                };
+                check(|jet| jet.value, slope, 1e-9);
+                check(|jet| jet.slope, bend, 1e-8);
             }
         }
     }

@@ -118,17 +118,10 @@ pub use fit::plan;
 
 /// The examples of the guide, compiled and run as tests.
 #[cfg(doctest)]
-mod guide {
-    #[doc = include_str!("../README.md")]
-    struct Readme;
-    #[doc = include_str!("../docs/guide/scans.md")]
-    struct Scans;
-    #[doc = include_str!("../docs/guide/chains.md")]
-    struct Chains;
-    #[doc = include_str!("../docs/guide/budgets.md")]
-    struct Budgets;
-    #[doc = include_str!("../docs/guide/localized-waves.md")]
-    struct LocalizedWaves;
-    #[doc = include_str!("../docs/guide/attenuation.md")]
-    struct Attenuation;
-}
+#[doc = include_str!("../README.md")]
+#[doc = include_str!("../docs/guide/scans.md")]
+#[doc = include_str!("../docs/guide/chains.md")]
+#[doc = include_str!("../docs/guide/budgets.md")]
+#[doc = include_str!("../docs/guide/localized-waves.md")]
+#[doc = include_str!("../docs/guide/attenuation.md")]
+struct Guide;

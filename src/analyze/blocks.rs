@@ -1,6 +1,7 @@
 //! The loop of all passes: blocks of two arrays, filled tile by tile in parallel.
 
 use std::ops::Range;
+use std::sync::Mutex;
 
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayViewMut2, Axis, s};
@@ -9,30 +10,30 @@ use crate::error::Result;
 use crate::numeric::pieces;
 use crate::observer::Observer;
 use crate::prepare::Prepared;
-use crate::system::scratch_pool::ScratchPool;
+use crate::system::lock;
 
-/// Fills two arrays that hold the rows (or columns, by `axis`) `of`, in parallel: `tile` computes at most `size` of them with a
-/// thread's scratch. Returns what it found at each, in order.
+/// Fills two arrays that hold the rows (or columns, by `axis`) `of`, in parallel: `tile` computes at most `size` of them with one of
+/// the rooms that threads hand on: new memory costs a fault a page. Returns what it found at each, in order.
 pub(super) fn fill<A: Send + Sync, B: Send + Sync, S: Default + Send, F: Send>(
     (of, size, axis): (Range<usize>, usize, Axis),
     (mut first, mut second): (ArrayViewMut2<A>, ArrayViewMut2<B>),
-    (pool, observer): (&ScratchPool<S>, &dyn Observer),
+    (rooms, observer): (&Mutex<Vec<S>>, &dyn Observer),
     tile: impl Fn(Range<usize>, (ArrayViewMut2<A>, ArrayViewMut2<B>), &mut S) -> Result<Vec<F>> + Sync,
 ) -> Result<Vec<F>> {
     let tiles = first.axis_chunks_iter_mut(axis, size).into_par_iter();
     let tiles = tiles.zip(second.axis_chunks_iter_mut(axis, size));
     let found: Result<Vec<Vec<F>>> = tiles
         .enumerate()
-        .map_init(
-            || pool.take(|_| true, S::default),
-            |room, (i, arrays)| {
-                observer.go_on()?;
-                let from = of.start + i * size;
-                let range = from..of.end.min(from + size);
-                observer.advance(range.len() as u64);
-                tile(range, arrays, room)
-            },
-        )
+        .map(|(i, arrays)| {
+            observer.go_on()?;
+            let from = of.start + i * size;
+            let range = from..of.end.min(from + size);
+            observer.advance(range.len() as u64);
+            let mut room = lock(rooms).pop().unwrap_or_default();
+            let found = tile(range, arrays, &mut room);
+            lock(rooms).push(room);
+            found
+        })
         .collect();
     Ok(found?.into_iter().flatten().collect())
 }
@@ -62,14 +63,14 @@ impl RowBlocks<'_> {
         let ([step, most], block) = (self.tile, self.block);
         let room = || self.columns.map(|columns| Array2::zeros((block, columns)));
         let (mut computed, mut next) = (room(), room());
-        let pool = ScratchPool::default();
+        let rooms = Mutex::default();
         let mut compute = |rows: Range<usize>, arrays: &mut [Array2<f64>; 2]| {
             begin(rows.clone())?;
             // Several tiles per thread if the block is large enough.
             let size = rows.len().div_ceil(4 * rayon::current_num_threads());
             let [first, second] = first_rows(arrays, rows.len());
             let of = (rows, size.next_multiple_of(step).min(most), Axis(0));
-            let with = (&pool, self.observer);
+            let with = (&rooms, self.observer);
             let found = fill(of, (first, second), with, |rows, (mut a, mut b), room| {
                 let both = [&mut a, &mut b].map(|rows| rows.as_slice_mut().expect("whole rows"));
                 Ok(tile(rows, both, room))

@@ -1,6 +1,7 @@
 //! The pass along time: every site's record to its spectrum.
 
 use std::ops::Range;
+use std::sync::Mutex;
 
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayViewMut2, Axis, s};
@@ -18,7 +19,6 @@ use crate::error::Result;
 use crate::numeric::{pieces, sum};
 use crate::prepare::ReadAhead;
 use crate::system::buffer::Buffer;
-use crate::system::scratch_pool::ScratchPool;
 use crate::transform::{Real, RecordScratch, RecordTransform, direct_sums};
 
 /// What the pass leaves behind beside the arrays.
@@ -48,7 +48,7 @@ pub(super) struct AlongTime<'a, T: Real> {
     /// Where low frequencies end.
     pub edge: f64,
     bins: Bins<'a>,
-    workers: ScratchPool<SiteScratch<T>>,
+    workers: Mutex<Vec<SiteScratch<T>>>,
 }
 
 impl<'a, T: Real> AlongTime<'a, T> {
@@ -60,7 +60,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
             passage: None,
             edge: f64::NAN,
             bins: stages.plan.frequency_bins(),
-            workers: ScratchPool::default(),
+            workers: Mutex::default(),
         }
     }
 
@@ -154,7 +154,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
             prepared.release_pages();
         }
         // The next stage needs the memory.
-        self.workers = ScratchPool::default();
+        self.workers = Mutex::default();
         Ok(done)
     }
 }

@@ -6,6 +6,7 @@ use std::sync::Mutex;
 use ndarray::{Array2, ArrayView2, s};
 
 use crate::error::Result;
+use crate::system::lock;
 
 /// A named array too large to be held twice. The names belong to those that compute the arrays:
 /// [`mod@crate::analyze`] and [`mod@crate::budget`].
@@ -95,21 +96,13 @@ pub(crate) struct Collect(Mutex<Arrays>);
 
 impl Collect {
     pub fn into_arrays(self) -> Arrays {
-        self.0
-            .into_inner()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, Arrays> {
-        self.0
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
+        std::mem::take(&mut *lock(&self.0))
     }
 }
 
 impl Sink for Collect {
     fn reserve(&self, array: LargeArray, shape: (usize, usize)) -> Result<()> {
-        self.lock().insert(array, Array2::zeros(shape));
+        lock(&self.0).insert(array, Array2::zeros(shape));
         Ok(())
     }
 
@@ -120,7 +113,7 @@ impl Sink for Collect {
         column: usize,
         block: ArrayView2<f64>,
     ) -> Result<()> {
-        if let Some(whole) = self.lock().get_mut(&array) {
+        if let Some(whole) = lock(&self.0).get_mut(&array) {
             let (rows, columns) = block.dim();
             whole
                 .slice_mut(s![row..row + rows, column..column + columns])

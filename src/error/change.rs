@@ -34,14 +34,12 @@ impl fmt::Display for FileChange {
             ),
             FileChange::Modified { expected, found } => {
                 f.write_str("expected no modification since it was opened, found one")?;
-                let Some((expected, found)) = expected.zip(found) else {
-                    return Ok(());
-                };
-                match found.duration_since(expected) {
-                    Ok(later) => write!(f, " {later:.3?} after the last before"),
-                    Err(error) => {
-                        let earlier = error.duration();
-                        write!(f, " dated {earlier:.3?} before the last one")
+                let times = expected.zip(found);
+                match times.map(|(expected, found)| found.duration_since(expected)) {
+                    None => Ok(()),
+                    Some(Ok(later)) => write!(f, " {later:.3?} after the last before"),
+                    Some(Err(earlier)) => {
+                        write!(f, " dated {:.3?} before the last one", earlier.duration())
                     }
                 }
             }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use ForeignFormat::*;
+
 /// A format that is recognized by its first bytes or its extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -19,45 +21,39 @@ pub enum ForeignFormat {
     Wav,
 }
 
+/// How messages call each format, and its first bytes; none of what is known by its extension alone.
+const FORMATS: [(ForeignFormat, &str, &[u8]); 9] = [
+    (Matlab73, "a MATLAB file", b"MATLAB 7.3 MAT-file"),
+    (Matlab, "a MATLAB file", b"MATLAB 5.0 MAT-file"),
+    (Hdf5, "an HDF5 file", b"\x89HDF\r\n\x1a\n"),
+    (Gzip, "a gzip file", b"\x1f\x8b"),
+    (Zstd, "a zstd file", b"\x28\xb5\x2f\xfd"),
+    (NetCdf, "a NetCDF file", b"CDF"),
+    (Parquet, "a Parquet file", b"PAR1"),
+    (Wav, "a WAV file", b"RIFF"),
+    (Excel, "a spreadsheet", b""),
+];
+
 impl ForeignFormat {
     /// The format of a file with this extension (lower case) and these first bytes.
     pub(crate) fn detect(extension: &str, bytes: &[u8]) -> Option<Self> {
-        use ForeignFormat::*;
-        let magic: [(&[u8], ForeignFormat); 8] = [
-            (b"MATLAB 7.3 MAT-file", Matlab73),
-            (b"MATLAB 5.0 MAT-file", Matlab),
-            (b"\x89HDF\r\n\x1a\n", Hdf5),
-            (b"\x1f\x8b", Gzip),
-            (b"\x28\xb5\x2f\xfd", Zstd),
-            (b"CDF", NetCdf),
-            (b"PAR1", Parquet),
-            (b"RIFF", Wav),
-        ];
-        let by_bytes = magic
-            .into_iter()
-            .find(|(start, _)| bytes.starts_with(start))
-            .map(|(_, format)| format);
-        let by_extension = match extension {
-            "nc" | "nc4" => Some(NetCdf),
-            "xlsx" | "xls" | "ods" => Some(Excel),
-            _ => None,
-        };
         // NetCDF 4 is HDF5 inside, a spreadsheet a zip archive.
-        by_extension.or(by_bytes)
+        match extension {
+            "nc" | "nc4" => return Some(NetCdf),
+            "xlsx" | "xls" | "ods" => return Some(Excel),
+            _ => {}
+        }
+        let begins = |start: &[u8]| !start.is_empty() && bytes.starts_with(start);
+        FORMATS
+            .iter()
+            .find(|(.., start)| begins(start))
+            .map(|it| it.0)
     }
 }
 
 impl fmt::Display for ForeignFormat {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
-            ForeignFormat::Hdf5 => "an HDF5 file",
-            ForeignFormat::Matlab | ForeignFormat::Matlab73 => "a MATLAB file",
-            ForeignFormat::NetCdf => "a NetCDF file",
-            ForeignFormat::Parquet => "a Parquet file",
-            ForeignFormat::Excel => "a spreadsheet",
-            ForeignFormat::Gzip => "a gzip file",
-            ForeignFormat::Zstd => "a zstd file",
-            ForeignFormat::Wav => "a WAV file",
-        })
+        let words = FORMATS.iter().find(|(format, ..)| format == self);
+        f.write_str(words.map_or("", |(_, words, _)| words))
     }
 }

@@ -37,11 +37,7 @@ pub enum InputFault {
     #[error("expected a run file: the member {missing:?} is not there")]
     NoRun { missing: &'static str },
 
-    #[error(
-        "expected shape {}, found {}",
-        DisplayShape(expected),
-        DisplayShape(found)
-    )]
+    #[error("expected shape {}, found {}", shape_of(expected), shape_of(found))]
     RunShape { expected: Vec<u64>, found: Vec<u64> },
 
     #[error("expected what the scene in the file says, found another {what} at index {index}")]
@@ -53,12 +49,12 @@ pub enum InputFault {
     #[error("expected the report of a run, found {reason}")]
     RunReport { reason: String },
 
-    #[error("expected samples, found an array of shape {}", DisplayShape(shape))]
+    #[error("expected samples, found an array of shape {}", shape_of(shape))]
     NoSamples { shape: Vec<u64> },
 
     #[error(
         "expected an array that can be addressed, found shape {} of {sample_bytes}-byte samples",
-        DisplayShape(shape)
+        shape_of(shape)
     )]
     TooLarge {
         shape: Vec<u64>,
@@ -198,13 +194,13 @@ pub enum InputFault {
     NoSuchColumn { asked: String, columns: Vec<String> },
 
     /// A file of named arrays that is damaged, or has a part that is not read.
-    #[error("{}", ContainerFault(fault))]
+    #[error("{}", of_container(fault))]
     Container { fault: Box<FormatError> },
 
-    #[error("expected one array v(t, x), found {}", Listed(variables))]
+    #[error("expected one array v(t, x), found {}", some_of(variables))]
     WhichVariable { variables: Vec<String> },
 
-    #[error("expected the variable {name:?}, found {}", Listed(variables))]
+    #[error("expected the variable {name:?}, found {}", some_of(variables))]
     NoSuchVariable {
         name: String,
         variables: Vec<String>,
@@ -245,7 +241,7 @@ pub enum InputFault {
     #[error("expected one sidecar, found {first:?} and {second:?}")]
     TwoSidecars { first: String, second: String },
 
-    #[error("{}{}{reason}", Line(line), Key(key))]
+    #[error("{}{}{reason}", before("line ", line), before("", key))]
     Sidecar {
         line: Option<usize>,
         key: Option<String>,
@@ -257,23 +253,16 @@ pub enum InputFault {
 }
 
 /// What exists where a file was expected.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum FileKind {
+    #[error("a directory")]
     Directory,
+    #[error("a pipe")]
     Pipe,
+    #[error("a socket")]
     Socket,
+    #[error("a device")]
     Device,
-}
-
-impl fmt::Display for FileKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            FileKind::Directory => "a directory",
-            FileKind::Pipe => "a pipe",
-            FileKind::Socket => "a socket",
-            FileKind::Device => "a device",
-        })
-    }
 }
 
 /// A dimension with its values, where they are known.
@@ -287,60 +276,44 @@ pub struct DimensionName {
 
 impl fmt::Display for DimensionName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.name)?;
-        match &self.range {
-            Some((first, last, unit)) => {
-                let unit = unit.as_deref().unwrap_or_default();
-                let text = format!("{} values from {first} to {last} {unit}", self.len);
-                write!(f, " ({})", text.trim_end())
-            }
-            None => write!(f, " ({} values)", self.len),
-        }
+        let range = self.range.as_ref().map(|(first, last, unit)| {
+            let unit = unit.as_deref().unwrap_or_default();
+            format!(" from {first} to {last} {unit}")
+        });
+        let range = range.unwrap_or_default();
+        write!(f, "{} ({} values{})", self.name, self.len, range.trim_end())
     }
 }
 
 /// What is wrong, without what to do about it.
-struct ContainerFault<'a>(&'a FormatError);
-
-impl fmt::Display for ContainerFault<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            FormatError::Unsupported { what, .. } => {
-                write!(
-                    f,
-                    "expected a part of the format that is read, found {what}"
-                )
-            }
-            fault => write!(f, "{fault}"),
+fn of_container(fault: &FormatError) -> String {
+    match fault {
+        FormatError::Unsupported { what, .. } => {
+            format!("expected a part of the format that is read, found {what}")
         }
+        fault => fault.to_string(),
     }
 }
 
 /// Some of many names.
-struct Listed<'a>(&'a [String]);
-
-impl fmt::Display for Listed<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        const MOST: usize = 12;
-        if self.0.is_empty() {
-            return f.write_str("none");
-        }
-        let named = &self.0[..self.0.len().min(MOST)];
-        f.write_str(&named.join(", "))?;
-        match self.0.len() - named.len() {
-            0 => Ok(()),
-            more => write!(f, " and {more} more"),
-        }
+fn some_of(names: &[String]) -> String {
+    const MOST: usize = 12;
+    match names.len() {
+        0 => "none".into(),
+        ..=MOST => names.join(", "),
+        all => format!("{} and {} more", names[..MOST].join(", "), all - MOST),
     }
 }
 
-struct DisplayShape<'a>(&'a [u64]);
+fn shape_of(lengths: &[u64]) -> String {
+    let lengths: Vec<String> = lengths.iter().map(u64::to_string).collect();
+    format!("({})", lengths.join(", "))
+}
 
-impl fmt::Display for DisplayShape<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lengths: Vec<String> = self.0.iter().map(u64::to_string).collect();
-        write!(f, "({})", lengths.join(", "))
-    }
+/// A place, where it is known, before what is said of it.
+fn before(word: &str, place: &Option<impl fmt::Display>) -> String {
+    let named = place.as_ref().map(|place| format!("{word}{place}: "));
+    named.unwrap_or_default()
 }
 
 /// What a column of coordinates may hold.
@@ -356,21 +329,5 @@ impl CoordinateKind {
             CoordinateKind::Times => "times",
             CoordinateKind::Positions => "positions",
         }
-    }
-}
-
-struct Line<'a>(&'a Option<usize>);
-
-impl fmt::Display for Line<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.map_or(Ok(()), |line| write!(f, "line {line}: "))
-    }
-}
-
-struct Key<'a>(&'a Option<String>);
-
-impl fmt::Display for Key<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.as_ref().map_or(Ok(()), |key| write!(f, "{key}: "))
     }
 }

@@ -210,52 +210,35 @@ impl From<FormatError> for Error {
 impl Error {
     /// Whether the request itself is at fault (exit code 2) rather than the run (exit code 1).
     pub fn is_usage(&self) -> bool {
-        let of_scan = |error: &Error| match error {
+        match self {
             Error::Scan { fault, .. } => fault.is_usage(),
+            Error::Request { .. } | Error::Unfit { .. } | Error::Scene { .. } => true,
+            Error::Exists { .. } | Error::OutputInUse { .. } | Error::Busy { .. } => true,
+            Error::Memory { .. } => true,
             _ => false,
-        };
-        of_scan(self)
-            || matches!(
-                self,
-                Error::Request { .. }
-                    | Error::Unfit { .. }
-                    | Error::Scene { .. }
-                    | Error::Exists { .. }
-                    | Error::OutputInUse { .. }
-                    | Error::Busy { .. }
-                    | Error::Memory { .. }
-            )
+        }
     }
 
     /// The error with `path` as the file at fault, if the error names that file otherwise: a field
     /// by its own name, or the keys `field`, `record` or `quantity` of a request.
     #[must_use]
-    pub fn of_file(self, path: &Path) -> Error {
-        match self {
-            Error::NonFinite {
-                count,
-                first,
-                sites,
-                n_sites,
-                ..
-            } => Error::NonFinite {
-                name: path.display().to_string(),
-                count,
-                first,
-                sites,
-                n_sites,
-            },
+    pub fn of_file(mut self, path: &Path) -> Error {
+        match &mut self {
+            Error::NonFinite { name, .. } => *name = path.display().to_string(),
             Error::Request {
                 option: "field" | "record" | "quantity",
                 expected,
                 found,
-            } => Error::Unfit {
-                path: path.to_owned(),
-                expected,
-                found,
-            },
-            other => other,
+            } => {
+                return Error::Unfit {
+                    path: path.to_owned(),
+                    expected: std::mem::take(expected),
+                    found: std::mem::take(found),
+                };
+            }
+            _ => {}
         }
+        self
     }
 
     /// The error where sample 0 of the field is sample `before` of a record.
@@ -269,36 +252,25 @@ impl Error {
 
     /// An error of memory with what is in use beside it.
     #[must_use]
-    pub fn beside(self, used: u64) -> Error {
-        match self {
-            Error::Memory {
-                what,
-                needed,
-                allowed,
-            } => Error::Memory {
-                what,
-                needed: needed.saturating_add(used),
-                allowed: allowed.saturating_add(used),
-            },
-            other => other,
+    pub fn beside(mut self, used: u64) -> Error {
+        if let Error::Memory {
+            needed, allowed, ..
+        } = &mut self
+        {
+            *needed = needed.saturating_add(used);
+            *allowed = allowed.saturating_add(used);
         }
+        self
     }
 
     /// The error with the option that was typed, where the library calls it `known`.
     #[must_use]
-    pub fn of_option(self, known: &str, typed: &'static str) -> Error {
-        match self {
-            Error::Request {
-                option,
-                expected,
-                found,
-            } if option == known => Error::Request {
-                option: typed,
-                expected,
-                found,
-            },
-            other => other,
+    pub fn of_option(mut self, known: &str, typed: &'static str) -> Error {
+        match &mut self {
+            Error::Request { option, .. } if *option == known => *option = typed,
+            _ => {}
         }
+        self
     }
 
     /// [`Error::Request`] of an option.
@@ -321,22 +293,18 @@ impl Error {
         expected: impl Into<String>,
         found: impl ToString,
     ) -> Result<()> {
-        match is_so {
-            true => Ok(()),
-            false => Err(Error::request(option, expected, found)),
-        }
+        let error = || Error::request(option, expected, found);
+        is_so.then_some(()).ok_or_else(error)
     }
 
     /// [`Error::Memory`] where more than what is allowed is needed.
     pub(crate) fn beyond_memory(what: &'static str, needed: u64, allowed: u64) -> Result<()> {
-        match needed <= allowed {
-            true => Ok(()),
-            false => Err(Error::Memory {
-                what,
-                needed,
-                allowed,
-            }),
-        }
+        let error = Error::Memory {
+            what,
+            needed,
+            allowed,
+        };
+        (needed <= allowed).then_some(()).ok_or(error)
     }
 
     pub(crate) fn scene(fault: SceneFault) -> Error {
@@ -346,13 +314,14 @@ impl Error {
     }
 
     /// The error with `path` as the file whose fault was found where that is not known.
-    pub(crate) fn at(self, path: &Path) -> Error {
-        match self {
-            Error::Input { path: none, fault } if none.as_os_str().is_empty() => {
-                Error::input(path)(fault)
+    pub(crate) fn at(mut self, path: &Path) -> Error {
+        match &mut self {
+            Error::Input { path: known, .. } if known.as_os_str().is_empty() => {
+                *known = path.into()
             }
-            other => other,
+            _ => {}
         }
+        self
     }
 
     /// A fault of what the file at `path` holds.

@@ -73,15 +73,12 @@ pub enum ScanFault {
 impl ScanFault {
     /// Whether the request is at fault, not a file.
     pub(super) fn is_usage(&self) -> bool {
-        matches!(
-            self,
-            ScanFault::OtherName { .. }
-                | ScanFault::NoPosition { .. }
-                | ScanFault::SeveralPositions { .. }
-                | ScanFault::NotInTable { .. }
-                | ScanFault::Channels { .. }
-                | ScanFault::NoSuchChannel { .. }
-        )
+        use ScanFault::*;
+        match self {
+            OtherName { .. } | NoPosition { .. } | SeveralPositions { .. } => true,
+            NotInTable { .. } | Channels { .. } | NoSuchChannel { .. } => true,
+            _ => false,
+        }
     }
 }
 

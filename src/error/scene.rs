@@ -45,22 +45,16 @@ pub struct SceneFault {
 
 impl fmt::Display for SceneFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let named = match &self.place {
+        match &self.place {
             KeyPlace::File { path, line } => {
-                write!(f, "{}:", path.display())?;
-                if let Some(line) = line {
-                    write!(f, "{line}:")?;
-                }
-                write!(f, " ")?;
-                true
+                let line = line.map(|line| format!("{line}:"));
+                write!(f, "{}:{} ", path.display(), line.unwrap_or_default())?;
             }
-            KeyPlace::Setting { source } => {
-                write!(f, "{source}: ")?;
-                false
-            }
-            KeyPlace::Nowhere => true,
-        };
-        if named && !self.key.is_empty() {
+            KeyPlace::Setting { source } => write!(f, "{source}: ")?,
+            KeyPlace::Nowhere => {}
+        }
+        // A setting names its key itself.
+        if !matches!(self.place, KeyPlace::Setting { .. }) && !self.key.is_empty() {
             write!(f, "{}: ", self.key)?;
         }
         match &self.problem {
@@ -136,8 +130,7 @@ fn plain(words: &str) -> String {
         "f64" => "a number",
         "usize" | "u64" => "a whole number of 0 or more",
         "a boolean" | "bool" => "true or false",
-        "a sequence" => "a list",
-        "sequence" => "a list",
+        "a sequence" | "sequence" => "a list",
         "map" => "a table",
         other => other,
     };

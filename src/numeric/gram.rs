@@ -48,21 +48,13 @@ impl Gram {
 
     /// Of these, each so many times.
     pub fn sum(grams: &[Gram], times: &dyn Fn(usize) -> f64) -> Gram {
-        let mut sum = Gram::zeros(grams[0].unknowns());
-        for (g, gram) in grams.iter().enumerate() {
-            match times(g) {
-                0.0 => {}
-                times => sum.add(gram, times),
-            }
+        let mut all = Gram::zeros(grams[0].unknowns());
+        let taken = grams.iter().enumerate().map(|(g, gram)| (gram, times(g)));
+        for (gram, times) in taken.filter(|(_, times)| *times != 0.0) {
+            let pairs = all.values.iter_mut().zip(&gram.values);
+            pairs.for_each(|(sum, value)| *sum += value * times);
         }
-        sum
-    }
-
-    /// Adds `times` another.
-    fn add(&mut self, other: &Gram, times: f64) {
-        for (sum, value) in self.values.iter_mut().zip(&other.values) {
-            *sum += value * times;
-        }
+        all
     }
 
     pub fn get(&self, i: usize, j: usize) -> Complex<f64> {
@@ -90,9 +82,8 @@ impl Gram {
             })
             .collect();
         // Rows of the triangle; a row of zeros is left out.
-        let mut triangle: Vec<Complex<f64>> = Vec::with_capacity(unknowns * (unknowns + 1) / 2);
+        let mut triangle: Vec<Vec<Complex<f64>>> = Vec::with_capacity(unknowns);
         let mut pivots = vec![0.0; unknowns];
-        let row_start = |i: usize| i * (i + 1) / 2;
         let mut forward = vec![Complex::default(); unknowns];
         for i in 0..unknowns {
             let mut row = vec![Complex::default(); i + 1];
@@ -101,7 +92,7 @@ impl Gram {
                 if pivots[j] == 0.0 {
                     continue;
                 }
-                let other = &triangle[row_start(j)..][..j];
+                let other = &triangle[j][..j];
                 let known: Complex<f64> = row.iter().zip(other).map(|(a, b)| a * b.conj()).sum();
                 row[j] = (self.get(i, j) * (scale[i] * scale[j]) - known) / pivots[j];
                 left -= row[j].norm_sqr();
@@ -114,7 +105,7 @@ impl Gram {
             } else {
                 row.fill(Complex::default());
             }
-            triangle.extend(row);
+            triangle.push(row);
         }
         let mut coefficients = forward;
         for i in (0..unknowns).rev() {
@@ -123,8 +114,8 @@ impl Gram {
                 continue;
             }
             let mut value = coefficients[i];
-            for j in i + 1..unknowns {
-                value -= triangle[row_start(j) + i].conj() * coefficients[j];
+            for (row, later) in triangle.iter().zip(&coefficients).skip(i + 1) {
+                value -= row[i].conj() * later;
             }
             coefficients[i] = value / pivots[i];
         }
@@ -193,11 +184,8 @@ mod tests {
         assert_eq!(found.coefficients[7], Complex::default());
         let residual = gram.residual(&found.coefficients);
         // A fit of 7 unknowns to 400 realisations leaves 393 / 400 of the noise.
-        assert!(
-            (residual / noise - 393.0 / 400.0).abs() < 0.02,
-            "{}",
-            residual / noise
-        );
+        let left = residual / noise;
+        assert!((left - 393.0 / 400.0).abs() < 0.02, "{left}");
         let normal = gram.residual(&found.coefficients[..0]);
         assert!((normal / gram.output() - 1.0).abs() < 1e-15);
     }

@@ -32,12 +32,9 @@ pub trait Real:
     fn power(self, p: f64) -> Self {
         let x = self.value();
         let value = if p == 1.5 { x * x.sqrt() } else { x.powf(p) };
-        let limit = |factor: f64, p: f64| {
-            if factor == 0.0 {
-                0.0
-            } else {
-                factor * x.powf(p)
-            }
+        let limit = |factor: f64, p: f64| match factor {
+            0.0 => 0.0,
+            _ => factor * x.powf(p),
         };
         self.through(value, || match x == 0.0 {
             true => [limit(p, p - 1.0), limit(p * (p - 1.0), p - 2.0)],
@@ -69,11 +66,7 @@ impl Real for f64 {
 
 impl Real for Jet {
     fn constant(value: f64) -> Jet {
-        Jet {
-            value,
-            slope: 0.0,
-            bend: 0.0,
-        }
+        Jet::of([value, 0.0, 0.0])
     }
 
     fn value(self) -> f64 {
@@ -85,22 +78,23 @@ impl Real for Jet {
         // An infinite derivative along what does not change is none.
         let times = |factor: f64, rate: f64| if rate == 0.0 { 0.0 } else { factor * rate };
         let [first, second] = slopes();
-        Jet {
-            value,
-            slope: times(first, slope),
-            bend: times(second, slope * slope) + times(first, bend),
-        }
+        let bend = times(second, slope * slope) + times(first, bend);
+        Jet::of([value, times(first, slope), bend])
     }
 }
 
 impl Jet {
     /// The variable itself.
     pub fn variable(value: f64) -> Jet {
-        Jet {
-            value,
-            slope: 1.0,
-            bend: 0.0,
-        }
+        Jet::of([value, 1.0, 0.0])
+    }
+
+    fn of([value, slope, bend]: [f64; 3]) -> Jet {
+        Jet { value, slope, bend }
+    }
+
+    fn parts(self) -> [f64; 3] {
+        [self.value, self.slope, self.bend]
     }
 }
 
@@ -108,11 +102,8 @@ impl Add for Jet {
     type Output = Jet;
 
     fn add(self, b: Jet) -> Jet {
-        Jet {
-            value: self.value + b.value,
-            slope: self.slope + b.slope,
-            bend: self.bend + b.bend,
-        }
+        let (a, b) = (self.parts(), b.parts());
+        Jet::of([0, 1, 2].map(|i| a[i] + b[i]))
     }
 }
 
@@ -128,11 +119,9 @@ impl Mul for Jet {
     type Output = Jet;
 
     fn mul(self, b: Jet) -> Jet {
-        Jet {
-            value: self.value * b.value,
-            slope: self.slope * b.value + self.value * b.slope,
-            bend: self.bend * b.value + 2.0 * self.slope * b.slope + self.value * b.bend,
-        }
+        let slope = self.slope * b.value + self.value * b.slope;
+        let bend = self.bend * b.value + 2.0 * self.slope * b.slope + self.value * b.bend;
+        Jet::of([self.value * b.value, slope, bend])
     }
 }
 
@@ -151,10 +140,6 @@ impl Neg for Jet {
     type Output = Jet;
 
     fn neg(self) -> Jet {
-        Jet {
-            value: -self.value,
-            slope: -self.slope,
-            bend: -self.bend,
-        }
+        Jet::of(self.parts().map(|part| -part))
     }
 }

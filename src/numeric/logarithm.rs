@@ -77,16 +77,11 @@ mod tests {
                 .wrapping_add(1);
             let fraction = state >> 12;
             // Every second number is within a few octaves of 1.
-            let exponent = if i % 2 == 0 {
-                1 + i / 2 % 2046
-            } else {
-                1021 + i / 2 % 4
-            };
+            let exponent = [1 + i / 2 % 2046, 1021 + i / 2 % 4][i as usize % 2];
             let x = f64::from_bits(exponent << 52 | fraction);
-            worst = worst.max(apart(ln_normal(x), x.ln()));
             let near = 1.0 + (fraction as f64 - 2e15) * 2f64.powi(-40 - (i % 60) as i32);
-            if near.is_normal() && near > 0.0 {
-                worst = worst.max(apart(ln_normal(near), near.ln()));
+            for x in [x, near].into_iter().filter(|x| x.is_normal() && *x > 0.0) {
+                worst = worst.max(apart(ln_normal(x), x.ln()));
             }
         }
         assert!((0.5..=1.0).contains(&worst), "{worst}");

@@ -21,22 +21,17 @@ pub(crate) mod root;
 mod sums;
 
 pub(crate) use angle::*;
-pub(crate) use bins::{at_or_below, count_at_or_below, in_band};
-pub(crate) use fresnel::fresnel_auxiliary;
-pub(crate) use golden::golden_section;
-pub(crate) use integral::integral;
+pub(crate) use bins::*;
+pub(crate) use fresnel::*;
+pub(crate) use golden::*;
+pub(crate) use integral::*;
 pub use jet::{Jet, Real};
 pub use least_squares::LineFit;
-pub(crate) use least_squares::{
-    deviation, eliminated, inverted, jackknife, least_residual, mean_of, parabola,
-};
-pub(crate) use logarithm::ln_normal;
-pub(crate) use order::{median, sorted};
-pub(crate) use quantile::{
-    chi_square_level, chi_square_quantile, fisher_level, fisher_tail, student_outside,
-    student_two_sided,
-};
-pub(crate) use random::{Random, next_uniform, split_mix, unit_interval};
+pub(crate) use least_squares::*;
+pub(crate) use logarithm::*;
+pub(crate) use order::*;
+pub(crate) use quantile::*;
+pub(crate) use random::*;
 pub(crate) use root::between as find_root;
 pub(crate) use sums::*;
 

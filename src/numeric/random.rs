@@ -1,26 +1,19 @@
 //! Random numbers from a seed, the same on every machine.
 
-/// The next state and 64 random bits.
+/// The next 64 random bits of a state.
 ///
 /// Source: Steele, Lea and Flood, OOPSLA 2014 (SplitMix64).
-pub(crate) fn split_mix(state: u64) -> (u64, u64) {
-    let state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut bits = state;
+fn next_bits(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut bits = *state;
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    (state, bits ^ (bits >> 31))
-}
-
-/// A number in 0..1 from 64 random bits.
-pub(crate) fn unit_interval(bits: u64) -> f64 {
-    (bits >> 11) as f64 / (1_u64 << 53) as f64
+    bits ^ (bits >> 31)
 }
 
 /// The next number in 0..1 of a state.
 pub(crate) fn next_uniform(state: &mut u64) -> f64 {
-    let (next, bits) = split_mix(*state);
-    *state = next;
-    unit_interval(bits)
+    (next_bits(state) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// SplitMix64, and normal numbers by the method of Box and Muller.
@@ -31,19 +24,15 @@ pub(crate) struct Random {
 }
 
 impl Random {
-    pub(crate) fn new(seed: u64) -> Random {
+    pub(crate) fn new(mut seed: u64) -> Random {
         // Neighbouring seeds start far apart.
-        Random {
-            state: split_mix(seed).1,
-            spare: None,
-        }
+        let state = next_bits(&mut seed);
+        Random { state, spare: None }
     }
 
     /// Uniform in (0, 1].
     pub(crate) fn uniform(&mut self) -> f64 {
-        let (state, bits) = split_mix(self.state);
-        self.state = state;
-        ((bits >> 11) + 1) as f64 / (1_u64 << 53) as f64
+        ((next_bits(&mut self.state) >> 11) + 1) as f64 / (1_u64 << 53) as f64
     }
 
     /// Of mean 0 and variance 1.
@@ -65,10 +54,9 @@ mod tests {
     /// First outputs for seed 1234567 of the authors' C code (prng.di.unimi.it/splitmix64.c).
     #[test]
     fn val_splitmix_first_outputs() {
-        let (state, first) = split_mix(1234567);
-        let (_, second) = split_mix(state);
-        assert_eq!(first, 6457827717110365317);
-        assert_eq!(second, 3203168211198807973);
+        let mut state = 1234567;
+        assert_eq!(next_bits(&mut state), 6457827717110365317);
+        assert_eq!(next_bits(&mut state), 3203168211198807973);
     }
 
     #[test]
@@ -83,11 +71,8 @@ mod tests {
             }
         }
         // Four standard errors of each.
-        for (moment, (expected, variance)) in
-            moments
-                .iter()
-                .zip([(0.0, 1.0), (1.0, 2.0), (0.0, 15.0), (3.0, 96.0f64)])
-        {
+        let known = [(0.0, 1.0), (1.0, 2.0), (0.0, 15.0), (3.0, 96.0f64)];
+        for (moment, (expected, variance)) in moments.iter().zip(known) {
             assert!((moment - expected).abs() < 4.0 * (variance / f64::from(count)).sqrt());
         }
     }

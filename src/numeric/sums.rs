@@ -128,29 +128,24 @@ mod tests {
 
     #[test]
     fn columns_side_by_side_have_the_bits_of_each_alone() {
-        for width in [1, 3, 8] {
-            for n in [0, 1, 7, 8, 255, 256, 257, 300, 1000, 4099] {
-                let rows: Vec<f64> = (0..n * width).map(|i| (i as f64).sin()).collect();
-                let mut sums = Vec::new();
-                interleaved_sums_of_squares(&rows, width, &mut sums);
-                for (c, sum) in sums.iter().enumerate() {
-                    let column: Vec<f64> = rows.iter().skip(c).step_by(width).copied().collect();
-                    assert_eq!(
-                        sum.to_bits(),
-                        sum_of_squares(&column).to_bits(),
-                        "{n} {width}"
-                    );
-                }
+        for (width, n) in [1, 3, 8].into_iter().flat_map(|width| {
+            let lengths = [0, 1, 7, 8, 255, 256, 257, 300, 1000, 4099];
+            lengths.map(move |n| (width, n))
+        }) {
+            let rows: Vec<f64> = (0..n * width).map(|i| (i as f64).sin()).collect();
+            let mut sums = Vec::new();
+            interleaved_sums_of_squares(&rows, width, &mut sums);
+            for (c, sum) in sums.iter().enumerate() {
+                let column: Vec<f64> = rows.iter().skip(c).step_by(width).copied().collect();
+                let alone = sum_of_squares(&column);
+                assert_eq!(sum.to_bits(), alone.to_bits(), "{n} {width}");
             }
         }
-        let rows: Vec<[f64; 8]> = (0..777u32)
-            .map(|n| std::array::from_fn(|c| (f64::from(n) * 0.3 + c as f64).sin()))
-            .collect();
+        let row = |n: u32| std::array::from_fn(|c| (f64::from(n) * 0.3 + c as f64).sin());
+        let rows: Vec<[f64; 8]> = (0..777).map(row).collect();
         let offsets = std::array::from_fn(|c| 0.1 * c as f64);
-        let (sums, squares) = (
-            sums_across(&rows, &offsets),
-            squares_across(&rows, &offsets),
-        );
+        let sums = sums_across(&rows, &offsets);
+        let squares = squares_across(&rows, &offsets);
         for c in 0..8 {
             let column: Vec<f64> = rows.iter().map(|row| row[c] - offsets[c]).collect();
             assert_eq!(sums[c].to_bits(), sum(&column).to_bits());

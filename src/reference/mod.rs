@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use ndarray::Array2;
 
 use crate::field::{Axis, Field};
-use crate::numeric::{split_mix, unit_interval};
+use crate::numeric::next_uniform;
 
 pub use lattice::{LatticeImpact, bessel_j};
 
@@ -126,9 +126,10 @@ impl WhiteNoise {
         let half_range = 3.0_f64.sqrt() * self.deviation;
         let state = Cell::new(self.seed);
         move || {
-            let (next, bits) = split_mix(state.get());
+            let mut next = state.get();
+            let uniform = next_uniform(&mut next);
             state.set(next);
-            half_range * (2.0 * unit_interval(bits) - 1.0)
+            half_range * (2.0 * uniform - 1.0)
         }
     }
 }

@@ -7,17 +7,17 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
 use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::publish;
+use super::{lock, publish};
 use crate::observer::{CancelOnly, Observer};
 use crate::{Error, Result};
 
@@ -89,68 +89,11 @@ impl<K: Key, M: Measures> Journal<K, M> {
         directory: Option<&Path>,
         asked: &A,
     ) -> Result<Journal<K, M>> {
-        let Some(directory) = directory else {
-            return Ok(Journal {
-                saved: None,
-                outcomes: Mutex::default(),
-                computed: AtomicUsize::new(0),
-            });
-        };
-        let occupied = |found: String| Error::OutputInUse {
-            path: directory.to_owned(),
-            found,
-        };
-        let is_new = match fs::read_dir(directory) {
-            // One that was killed before it began has left its request half-written.
-            Ok(mut entries) => entries
-                .all(|entry| entry.is_ok_and(|entry| publish::is_working_name(&entry.file_name()))),
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => true,
-            Err(error) if error.kind() == std::io::ErrorKind::NotADirectory => {
-                return Err(occupied("is a file".into()));
-            }
-            Err(error) => return Err(Error::read("read", directory)(error)),
-        };
-        if is_new {
-            fs::create_dir_all(directory).map_err(Error::write("create", directory))?;
-            write_whole(directory, A::FILE, to_json(asked)?.as_bytes())?;
-        } else {
-            let found = read_asked::<A>(directory)?
-                .ok_or_else(|| occupied(format!("holds something other than a {}", A::WORD)))?;
-            if let Some(difference) = difference(&found, asked) {
-                return Err(occupied(format!("holds another {}: {difference}", A::WORD)));
-            }
-        }
-        let path = directory.join(MEMBERS);
-        let mut file = File::options()
-            .read(true)
-            .append(true)
-            .create(true)
-            .open(&path)
-            .map_err(Error::write("open", &path))?;
-        publish::sync_directory(directory).map_err(Error::write("create", &path))?;
-        // A process that is just being started by this one holds its files for an instant.
-        let mut tries = 0;
-        while let Err(TryLockError::WouldBlock) = file.try_lock() {
-            tries += 1;
-            if tries > LOCK_TRIES {
-                return Err(Error::Busy {
-                    path: directory.to_owned(),
-                });
-            }
-            std::thread::sleep(LOCK_PAUSE);
-        }
-        publish::remove_abandoned(directory);
-        // A file system without locks: the user keeps two processes apart.
-        let request = hash_of(asked)?;
-        let (outcomes, whole) = parse(&mut file, &path, &request)?;
-        file.set_len(whole).map_err(Error::write("cut", &path))?;
+        let opened = directory.map(|directory| Saved::open(directory, asked));
+        let (saved, outcomes) = opened.transpose()?.unzip();
         Ok(Journal {
-            saved: Some(Saved {
-                path,
-                file: Mutex::new(file),
-                request,
-            }),
-            outcomes: Mutex::new(outcomes),
+            saved,
+            outcomes: Mutex::new(outcomes.unwrap_or_default()),
             computed: AtomicUsize::new(0),
         })
     }
@@ -242,6 +185,66 @@ impl<K: Key, M: Measures> Journal<K, M> {
 }
 
 impl Saved {
+    fn open<A: StoredRequest, K: Key, M: Measures>(
+        directory: &Path,
+        asked: &A,
+    ) -> Result<(Saved, Outcomes<K, M>)> {
+        let occupied = |found: String| Error::OutputInUse {
+            path: directory.to_owned(),
+            found,
+        };
+        let is_new = match fs::read_dir(directory) {
+            // One that was killed before it began has left its request half-written.
+            Ok(mut entries) => entries
+                .all(|entry| entry.is_ok_and(|entry| publish::is_working_name(&entry.file_name()))),
+            Err(error) => match error.kind() {
+                ErrorKind::NotFound => true,
+                ErrorKind::NotADirectory => return Err(occupied("is a file".into())),
+                _ => return Err(Error::read("read", directory)(error)),
+            },
+        };
+        if is_new {
+            fs::create_dir_all(directory).map_err(Error::write("create", directory))?;
+            write_whole(directory, A::FILE, to_json(asked)?.as_bytes())?;
+        } else {
+            let found = read_asked::<A>(directory)?
+                .ok_or_else(|| occupied(format!("holds something other than a {}", A::WORD)))?;
+            if let Some(difference) = difference(&found, asked) {
+                return Err(occupied(format!("holds another {}: {difference}", A::WORD)));
+            }
+        }
+        let path = directory.join(MEMBERS);
+        let mut options = File::options();
+        let file = options.read(true).append(true).create(true).open(&path);
+        let mut file = file.map_err(Error::write("open", &path))?;
+        publish::sync_directory(directory).map_err(Error::write("create", &path))?;
+        // A process that is just being started by this one holds its files for an instant.
+        let mut tries = 0;
+        while let Err(TryLockError::WouldBlock) = file.try_lock() {
+            tries += 1;
+            if tries > LOCK_TRIES {
+                return Err(Error::Busy {
+                    path: directory.to_owned(),
+                });
+            }
+            std::thread::sleep(LOCK_PAUSE);
+        }
+        publish::remove_abandoned(directory);
+        // A file system without locks: the user keeps two processes apart.
+        let request = hash_of(asked)?;
+        let (outcomes, whole) = parse(&mut file, &path, &request)?;
+        file.set_len(whole).map_err(Error::write("cut", &path))?;
+        let file = Mutex::new(file);
+        Ok((
+            Saved {
+                path,
+                file,
+                request,
+            },
+            outcomes,
+        ))
+    }
+
     /// Adds a line: a JSON array, whose first element is to be the hash of the others.
     fn append(&self, array: &str) -> Result<()> {
         let rest = &array[1..];
@@ -267,16 +270,12 @@ impl Saved {
 pub(crate) fn read<A: StoredRequest, K: Key, M: Measures>(
     directory: &Path,
 ) -> Result<(A, Outcomes<K, M>)> {
-    let none = || {
-        let none = format!("no {} is there", A::WORD);
-        let none = std::io::Error::new(std::io::ErrorKind::NotFound, none);
-        Error::read("read", directory)(none)
-    };
-    let asked = read_asked::<A>(directory)?.ok_or_else(none)?;
+    let none = std::io::Error::new(ErrorKind::NotFound, format!("no {} is there", A::WORD));
+    let asked = read_asked::<A>(directory)?.ok_or_else(|| Error::read("read", directory)(none))?;
     let path = directory.join(MEMBERS);
     let mut file = match File::open(&path) {
         Ok(file) => file,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+        Err(error) if error.kind() == ErrorKind::NotFound => {
             return Ok((asked, Outcomes::new()));
         }
         Err(error) => return Err(Error::read("open", &path)(error)),
@@ -338,15 +337,11 @@ fn hash_of(asked: &impl StoredRequest) -> Result<[u8; blake3::KEY_LEN]> {
     Ok(blake3::hash(to_json(asked)?.as_bytes()).into())
 }
 
-fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
-    of.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 fn read_asked<A: StoredRequest>(directory: &Path) -> Result<Option<A>> {
     let path = directory.join(A::FILE);
     let text = match fs::read_to_string(&path) {
         Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(Error::read("read", &path)(error)),
     };
     match serde_json::from_str(&text) {

@@ -1,5 +1,5 @@
-//! Files at given positions and files that appear whole, memory, prefetch, thread pools and scratch
-//! pools: what the crates of this workspace need of the system.
+//! Files at given positions and files that appear whole, memory, prefetch, threads and signals: what the crates of this
+//! workspace need of the system.
 
 #![warn(missing_debug_implementations, missing_docs)]
 
@@ -8,6 +8,5 @@ mod limits;
 pub mod memory;
 pub mod prefetch;
 pub mod publish;
-pub mod scratch_pool;
 pub mod signals;
 pub mod threads;

@@ -6,17 +6,17 @@ use std::io::Result;
 
 use memmap2::MmapMut;
 
-use crate::limits::Limits;
+use crate::limits::free;
 
 /// Bytes of memory available now, within the limits of a container and of the process (`ulimit`);
 /// `u64::MAX` where the system does not report it.
 pub fn available_memory() -> u64 {
-    Limits::of_system().free().unwrap_or(u64::MAX)
+    free("/".as_ref()).unwrap_or(u64::MAX)
 }
 
 /// Half of [`available_memory`]; 2 GiB where the system does not report it.
 pub fn half_of_free_memory() -> u64 {
-    Limits::of_system().free().map_or(2 << 30, |free| free / 2)
+    free("/".as_ref()).map_or(2 << 30, |free| free / 2)
 }
 
 /// Zeroed memory in huge pages, where the system has them.

@@ -111,10 +111,7 @@ impl Progress {
         });
         *lock(&WATCHED) = Some(Arc::clone(&shared));
         let heard = Arc::clone(&shared);
-        signals::remember_stop(|| {
-            // Without a handler an interrupt still ends the program, only less tidily.
-            let _ = ctrlc::set_handler(move || heard.interrupt());
-        });
+        signals::on_stop(move || heard.interrupt());
         Progress {
             shown: shown && std::io::stderr().is_terminal(),
             part: Mutex::default(),

@@ -4,14 +4,13 @@ use std::fs::{self, File};
 use std::io::{ErrorKind, Result};
 use std::path::Path;
 
+use super::is_there;
+
 /// Writes a file, or a directory with all that is in it, to the disk.
 pub(super) fn sync_tree(path: &Path) -> Result<()> {
     if !fs::symlink_metadata(path)?.is_dir() {
-        File::options()
-            .read(true)
-            .write(true)
-            .open(path)?
-            .sync_all()?;
+        let file = File::options().read(true).write(true).open(path)?;
+        file.sync_all()?;
         #[cfg(test)]
         synced::note(path);
         return Ok(());
@@ -48,25 +47,39 @@ pub fn sync_directory(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Exchanges two names at once; `false` if the file system cannot.
-pub(super) fn exchange(a: &Path, b: &Path) -> Result<bool> {
-    #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
-    {
-        use rustix::fs::{CWD, RenameFlags, renameat_with};
-        match renameat_with(CWD, a, CWD, b, RenameFlags::EXCHANGE).map_err(std::io::Error::from) {
-            Ok(()) => Ok(true),
-            // Some containers forbid what their filter of system calls does not know. Where the
-            // names themselves may not be changed, the renames that follow fail, too.
-            Err(error) if is_refusal(&error) || error.kind() == ErrorKind::PermissionDenied => {
-                Ok(false)
+/// How a name is given otherwise than by a plain rename, which takes the place of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Renaming {
+    /// Two names are exchanged at once.
+    Exchange,
+    /// In place of nothing.
+    New,
+}
+
+impl Renaming {
+    /// Renames so in one step; `false` if the file system cannot.
+    pub(super) fn at_once(self, from: &Path, to: &Path) -> Result<bool> {
+        #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
+        {
+            use rustix::fs::{CWD, RenameFlags, renameat_with};
+            let flags = match self {
+                Renaming::Exchange => RenameFlags::EXCHANGE,
+                Renaming::New => RenameFlags::NOREPLACE,
+            };
+            match renameat_with(CWD, from, CWD, to, flags).map_err(std::io::Error::from) {
+                Ok(()) => Ok(true),
+                // Some containers forbid what their filter of system calls does not know. Where the
+                // names themselves may not be changed, what is tried next fails, too.
+                Err(error) if error.kind() == ErrorKind::PermissionDenied => Ok(false),
+                Err(error) if is_refusal(&error) => Ok(false),
+                Err(error) => Err(error),
             }
-            Err(error) => Err(error),
         }
-    }
-    #[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
-    {
-        let _ = (a, b);
-        Ok(false)
+        #[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
+        {
+            let _ = (from, to);
+            Ok(false)
+        }
     }
 }
 
@@ -75,14 +88,8 @@ pub(super) fn exchange(a: &Path, b: &Path) -> Result<bool> {
 /// # Errors
 /// The system's, [`ErrorKind::AlreadyExists`] where something has it.
 pub(super) fn rename_new(from: &Path, to: &Path) -> Result<()> {
-    #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
-    {
-        use rustix::fs::{CWD, RenameFlags, renameat_with};
-        let flags = RenameFlags::NOREPLACE;
-        match renameat_with(CWD, from, CWD, to, flags).map_err(std::io::Error::from) {
-            Err(error) if is_refusal(&error) || error.kind() == ErrorKind::PermissionDenied => {}
-            done => return done,
-        }
+    if Renaming::New.at_once(from, to)? {
+        return Ok(());
     }
     if fs::symlink_metadata(from)?.is_file() {
         match fs::hard_link(from, to) {
@@ -93,16 +100,10 @@ pub(super) fn rename_new(from: &Path, to: &Path) -> Result<()> {
             Err(_) => {}
         }
     }
-    match fs::symlink_metadata(to) {
-        Ok(_) => Err(ErrorKind::AlreadyExists.into()),
-        Err(_) => fs::rename(from, to),
+    match is_there(to) {
+        true => Err(ErrorKind::AlreadyExists.into()),
+        false => fs::rename(from, to),
     }
-}
-
-/// Waits until no other process of this program gives names in a folder, where the system has locks.
-pub(super) fn lock_names(folder: &Path) -> Option<File> {
-    let folder = File::open(folder).ok()?;
-    folder.lock().is_ok().then_some(folder)
 }
 
 fn is_refusal(error: &std::io::Error) -> bool {

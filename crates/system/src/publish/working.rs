@@ -4,10 +4,9 @@ use std::fs::{self, File};
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
-use super::durable::{exchange, lock_names, remove, rename_new, sync_directory, sync_tree};
-use super::leftovers::remove_abandoned;
-use super::lock::Lock;
-use super::{LOCK, OLD};
+use super::abandoned::remove_abandoned;
+use super::durable::{Renaming, remove, rename_new, sync_directory, sync_tree};
+use super::{LOCK, OLD, beside, is_there, lock};
 
 /// How often a folder is made that another run removes in the same moment.
 const TRIES: usize = 8;
@@ -28,7 +27,8 @@ pub struct Working {
     /// Folder of the target and of the working file.
     folder: PathBuf,
     path: PathBuf,
-    lock: Lock,
+    /// Open, and so locked, as long as this lives.
+    lock: File,
     /// Folders that were not there, innermost first.
     made: Vec<PathBuf>,
     state: State,
@@ -55,31 +55,29 @@ impl Working {
         let name = target.file_name().ok_or(ErrorKind::InvalidInput)?;
         let folder = folder_of(target);
         let mut made: Vec<PathBuf> = Vec::new();
-        for trial in 1.. {
+        let mut tries = 1..TRIES;
+        let (lock, path) = loop {
             let missing = folder.ancestors().take_while(|path| !is_there(path));
             made.extend(missing.map(Path::to_owned));
-            let locked = fs::create_dir_all(&folder).and_then(|()| Lock::create(&folder, name));
-            match locked {
-                Ok((lock, path)) => {
-                    remove_abandoned(&folder);
-                    return Ok(Working {
-                        target: target.to_owned(),
-                        folder,
-                        path,
-                        lock,
-                        made,
-                        state: State::Unpublished,
-                    });
-                }
+            match fs::create_dir_all(&folder).and_then(|()| lock::create(&folder, name)) {
+                Ok(created) => break created,
                 // Another run that failed has just removed the folder it had made.
-                Err(error) if error.kind() == ErrorKind::NotFound && trial < TRIES => (),
+                Err(error) if error.kind() == ErrorKind::NotFound && tries.next().is_some() => {}
                 Err(error) => {
                     remove_empty(&made);
                     return Err(error);
                 }
             }
-        }
-        unreachable!("the last trial returns")
+        };
+        remove_abandoned(&folder);
+        Ok(Working {
+            target: target.to_owned(),
+            folder,
+            path,
+            lock,
+            made,
+            state: State::Unpublished,
+        })
     }
 
     /// That something could be written beside `target`, without making folders that are missing.
@@ -91,9 +89,9 @@ impl Working {
         let folder = folder_of(target);
         let there = folder.ancestors().find(|path| is_there(path));
         let there = there.filter(|path| !path.as_os_str().is_empty());
-        let (lock, _) = Lock::create(there.unwrap_or(Path::new(".")), name)?;
+        let (_lock, working) = lock::create(there.unwrap_or(Path::new(".")), name)?;
         remove_abandoned(&folder);
-        lock.remove()
+        fs::remove_file(beside(&working, LOCK))
     }
 
     /// Where to write.
@@ -143,7 +141,8 @@ impl Working {
     /// Waits until no other process that does the same gives several files in the folder of the target their
     /// names, and keeps others waiting as long as the result lives.
     pub fn lock_names(&self) -> Option<File> {
-        lock_names(&self.folder)
+        let folder = File::open(&self.folder).ok()?;
+        folder.lock().is_ok().then_some(folder)
     }
 
     /// Exchanges what was written with the target, which is there. When dropped, the old one goes.
@@ -153,9 +152,7 @@ impl Working {
     /// place to which the old target was moved.
     pub fn swap(&mut self) -> Result<()> {
         sync_tree(&self.path)?;
-        if !exchange(&self.path, &self.target)? {
-            self.swap_by_renames()?;
-        }
+        self.exchange()?;
         self.state = State::Swapped;
         self.sync_names()
     }
@@ -168,21 +165,25 @@ impl Working {
         match self.state {
             State::Unpublished => return Ok(()),
             State::Published => fs::rename(&self.target, &self.path)?,
-            State::Swapped => {
-                if !exchange(&self.path, &self.target)? {
-                    self.swap_by_renames()?;
-                }
-            }
+            State::Swapped => self.exchange()?,
         }
         self.state = State::Unpublished;
         self.sync_names()
     }
 
+    fn exchange(&self) -> Result<()> {
+        match Renaming::Exchange.at_once(&self.path, &self.target)? {
+            true => Ok(()),
+            false => self.swap_by_renames(),
+        }
+    }
+
     /// A kill between the renames leaves the old target under a name from which the next run
     /// restores it.
     fn swap_by_renames(&self) -> Result<()> {
-        let old = with_suffix(&self.path, OLD);
-        self.lock.sync()?;
+        let old = beside(&self.path, OLD);
+        // Has the name of the target on the disk.
+        self.lock.sync_all()?;
         sync_directory(&self.folder)?;
         fs::rename(&self.target, &old)?;
         if let Err(error) = fs::rename(&self.path, &self.target) {
@@ -213,8 +214,8 @@ impl Drop for Working {
     fn drop(&mut self) {
         let _ = remove(&self.path);
         // An old target that could not be given back needs the lock for its name.
-        if !is_there(&with_suffix(&self.path, OLD)) {
-            let _ = self.lock.remove();
+        if !is_there(&beside(&self.path, OLD)) {
+            let _ = fs::remove_file(beside(&self.path, LOCK));
         }
         if self.state == State::Unpublished {
             remove_empty(&self.made);
@@ -222,29 +223,11 @@ impl Drop for Working {
     }
 }
 
-pub(super) fn lock_of(working: &Path) -> PathBuf {
-    with_suffix(working, LOCK)
-}
-
-pub(super) fn old_of(working: &Path) -> PathBuf {
-    with_suffix(working, OLD)
-}
-
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(suffix);
-    name.into()
-}
-
 fn folder_of(target: &Path) -> PathBuf {
     match target.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
         _ => PathBuf::from("."),
     }
-}
-
-fn is_there(path: &Path) -> bool {
-    path.as_os_str().is_empty() || fs::symlink_metadata(path).is_ok()
 }
 
 /// Removes folders, innermost first; one that someone has put something into stays.
@@ -283,9 +266,8 @@ mod tests {
                     true => fs::write(&path, "1").unwrap(),
                     false => {
                         fs::create_dir_all(path.join("b")).unwrap();
-                        fs::write(path.join("a"), "1").unwrap();
                         fs::write(path.join("b/c"), "1").unwrap();
-                        written.extend([path.join("a"), path.join("b"), path.join("b/c")]);
+                        written.extend([path.join("b"), path.join("b/c")]);
                     }
                 }
                 synced::take();
@@ -295,10 +277,8 @@ mod tests {
                 let named = at(&folder).expect("the folder of the target");
                 assert!(synced[named].1.contains(&name), "{name}: {synced:?}");
                 for path in &written {
-                    assert!(
-                        at(path).is_some_and(|at| at < named),
-                        "{path:?}: {synced:?}"
-                    );
+                    let is_before = at(path).is_some_and(|at| at < named);
+                    assert!(is_before, "{path:?}: {synced:?}");
                 }
                 if is_folder_new {
                     let above = at(&place.path().join(format!("{is_file}")));
