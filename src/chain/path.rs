@@ -105,6 +105,35 @@ impl Simulation {
         }
         Ok(())
     }
+
+    /// Steps to each of `times`, rising from 0, with this error of a velocity a step relative to the velocity scale, and shows the
+    /// chain and the accelerations of its bodies there. `halfway` other steps follow the same motion: they end between the times, too.
+    ///
+    /// # Errors
+    /// As [`Simulation::run`].
+    pub(crate) fn sampled(
+        &self,
+        times: &[f64],
+        (local_error, halfway): (f64, bool),
+        observer: &dyn Observer,
+        visit: &mut dyn FnMut(NodeState, &dyn Fn(usize) -> f64),
+    ) -> Result<()> {
+        let (mut stepping, _) = self.stepping(times, local_error, false)?;
+        let mut last = 0.0;
+        for &t in times {
+            if halfway {
+                stepping.advance_to(0.5 * (last + t), observer)?;
+            }
+            stepping.advance_to(t, observer)?;
+            let state = stepping.state();
+            visit(NodeState::of(&self.chain, t, state), &|body| {
+                stepping.motion(FIRST_SITE + body, t, state)[2]
+            });
+            observer.advance(1);
+            last = t;
+        }
+        Ok(())
+    }
 }
 
 struct Walk<'a> {

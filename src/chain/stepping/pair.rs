@@ -277,7 +277,6 @@ fn damp<K: Kernel>(
 ) {
     widest(stage::Damp {
         system,
-        losses: &system.losses,
         island,
         x,
         v,
