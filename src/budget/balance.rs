@@ -30,26 +30,15 @@ impl RunningBalance {
         add(&mut self.integral, weight, rates);
     }
 
-    /// Compares with the quantities at a sample of the trapezoid rule, whose rates have these weights in the step before
-    /// it and in that behind it.
-    pub(super) fn sample(&mut self, [before, behind]: [f64; 2], rates: &[f64], values: &[f64]) {
-        let first = self.first.get_or_insert_with(|| values.to_vec());
-        for row in [&mut self.integral, &mut self.off] {
-            row.resize(values.len(), 0.0);
-        }
-        let now = values.iter().zip(&*first).zip(rates);
-        let sums = self.off.iter_mut().zip(&mut self.integral);
-        for ((off, integral), ((value, first), rate)) in sums.zip(now) {
-            *integral += before * rate;
-            *off = (value - first - *integral).abs();
-            *integral += behind * rate;
-        }
-        self.worst = worst_of(self.worst, &self.off);
-    }
-
     /// Compares with the quantities at a sample between nodes.
     pub(super) fn compare(&mut self, values: &[f64]) {
-        self.sample([0.0; 2], values, values);
+        let first = self.first.get_or_insert_with(|| values.to_vec());
+        self.integral.resize(values.len(), 0.0);
+        self.off.clear();
+        let all = values.iter().zip(&*first).zip(&self.integral);
+        self.off
+            .extend(all.map(|((value, first), integral)| (value - first - integral).abs()));
+        self.worst = worst_of(self.worst, &self.off);
     }
 
     /// The largest residual so far, in units of the quantities.
@@ -136,8 +125,8 @@ impl Passage {
         add(&mut self.gone, -weight, &terms.input);
     }
 
-    /// What has passed each wavenumber by sample i, at which the wavenumbers hold `energy`.
-    pub(super) fn sample(&mut self, i: usize, energy: &[f64]) -> &[f64] {
+    /// Finds what has passed each wavenumber by sample i, at which the wavenumbers hold `energy`.
+    pub(super) fn compare(&mut self, i: usize, energy: &[f64]) {
         let first = self.first.get_or_insert_with(|| energy.to_vec());
         let is_transfer = self.way == GivenRate::Transfer;
         let (mut passed, mut apart) = (0.0, 0.0);
@@ -162,6 +151,10 @@ impl Passage {
         if i == self.half {
             self.at_half.clone_from(&self.row);
         }
+    }
+
+    /// What has passed each wavenumber by the last sample.
+    pub(super) fn passed(&self) -> &[f64] {
         &self.row
     }
 

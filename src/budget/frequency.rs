@@ -19,10 +19,10 @@ use rayon::prelude::*;
 
 use super::Task;
 use super::contacts::{ContactState, Contacts};
+use super::modes::forward;
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::Budget;
-use super::tendency::forward;
 use super::wavenumber::dot;
 use crate::arrays::LargeArray;
 use crate::diagnostics::{MAP_LIMIT, Map, MapBuilder, edge_of};

@@ -184,6 +184,15 @@ impl Modes {
     }
 }
 
+/// The transform of a row.
+pub(super) fn forward(plan: &dyn RealToComplex<f64>, row: &[f64]) -> Vec<Complex<f64>> {
+    let (mut input, mut output) = (plan.make_input_vec(), plan.make_output_vec());
+    input.copy_from_slice(row);
+    // The lengths are the plan's own, so this cannot fail.
+    let _ = plan.process(&mut input, &mut output);
+    output
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

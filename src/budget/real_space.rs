@@ -131,7 +131,7 @@ pub(super) struct Exchanged {
 
 impl Exchanged {
     /// Of a chain at its first sample.
-    pub(super) fn none(chain: &Chain) -> Exchanged {
+    fn none(chain: &Chain) -> Exchanged {
         let lossy = if chain.is_lossy() { chain.n_sites() } else { 0 };
         Exchanged {
             passed: vec![0.0; chain.n_contacts()],
@@ -171,6 +171,7 @@ pub(super) struct SiteBalance {
     periodic: bool,
     /// The site at which a drive puts energy in.
     driven: usize,
+    pub(super) exchanged: Exchanged,
     kept: Vec<f64>,
     balance: RunningBalance,
 }
@@ -186,17 +187,18 @@ impl SiteBalance {
             sites,
             driven: contacts.pushed(),
             periodic: contacts.chain.ends == Ends::Periodic,
+            exchanged: Exchanged::none(contacts.chain),
             kept: Vec::new(),
             balance: RunningBalance::default(),
         }
     }
 
     /// Adds sample i.
-    pub(super) fn follow(&mut self, i: usize, energy: &[f64], now: &Exchanged) {
+    pub(super) fn compare(&mut self, i: usize, energy: &[f64]) {
         if !self.times.contains(&i) {
             return;
         }
-        let (sites, kept) = (self.sites.clone(), &mut self.kept);
+        let (sites, kept, now) = (self.sites.clone(), &mut self.kept, &self.exchanged);
         kept.clear();
         kept.extend_from_slice(&energy[sites.clone()]);
         // The contact right of each site, then the one left of it.

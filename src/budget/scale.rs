@@ -14,7 +14,7 @@ use super::contacts::Contacts;
 use super::filter::{Filter, ScaleOf};
 use super::request::BudgetRequest;
 use super::result::{Budget, Residual, ScaleBudget};
-use super::scale_terms::{ScaleScratch, ScaleTerms};
+use super::scale_terms::ScaleTerms;
 use super::sublattices::Sublattices;
 use super::waiting::Waiting;
 use crate::arrays::LargeArray;
@@ -26,75 +26,84 @@ use crate::numeric::sum;
 /// Longest unit cell tried, in sites.
 const LONGEST_CELL: usize = 8;
 
-/// Adds the budget over scales to `budget`, or why the chain has none.
-pub(super) fn pass(task: &Task, budget: &mut Budget) -> Result<()> {
-    let (motion, request, observer) = (task.motion, task.request, task.observer);
-    let scales = match Scales::new(task.contacts, task.stated, request) {
-        Ok(scales) => scales,
+/// The scales of a budget, or why the chain has none.
+///
+/// # Errors
+/// As [`Scales::new`], of scales or a filter that were asked for.
+pub(super) fn planned<'a>(task: &Task<'a, '_>, budget: &mut Budget) -> Result<Option<Scales<'a>>> {
+    let request = task.request;
+    match Scales::new(task.contacts, task.stated, request) {
+        Ok(scales) => Ok(Some(scales)),
         Err(Error::Request {
             expected, found, ..
         }) if request.scales.is_empty() && request.filter != Filter::Sharp => {
-            budget.closure.scale =
-                Residual::Undefined(format!("expected {expected}, found {found}"));
-            return Ok(());
+            let reason = format!("expected {expected}, found {found}");
+            budget.closure.scale = Residual::Undefined(reason);
+            Ok(None)
         }
-        Err(error) => return Err(error),
-    };
-    let count = scales.scales.len();
-    let (samples, m) = (motion.samples(), budget.n_contacts);
-    let mapped = mapped(&scales, request.map_scale);
-    let mut waiting = Waiting::new(task.sink);
-    let shown = Some(Keep::Extreme);
-    waiting.reserve(LargeArray::SCALE_FLUX, (samples, m), shown)?;
-    waiting.reserve(LargeArray::SCALE_FLUX_IN_TIME, (samples, count), None)?;
-    let mut balances = vec![RunningBalance::default(); count];
-    let mut integrated = vec![0.0; count];
-    // Undefined where the filter reaches an end.
-    let mut row = vec![f64::NAN; m];
-    observer.stage("scales", samples as u64);
-    waiting.each_sample(
-        samples,
-        observer,
-        vec![ScaleTerms::default(); count],
-        ScaleScratch::default,
-        |scratch, i, found| {
-            scales.load(motion.at(i), scratch);
-            for (planned, terms) in scales.scales.iter().zip(found) {
-                scales.terms(planned, scratch, terms);
-            }
-        },
-        |waiting, i, found| {
-            let halves = motion.halves(i);
-            let sums: Vec<f64> = found.iter().map(|terms| sum(&terms.flux)).collect();
-            add(&mut integrated, halves[0] + halves[1], &sums);
-            for (balance, terms) in balances.iter_mut().zip(found) {
-                balance.sample(halves, &terms.energy_rate, &terms.energy);
-            }
-            row[scales.scales[mapped].contacts.clone()].copy_from_slice(&found[mapped].flux);
-            waiting.push(LargeArray::SCALE_FLUX, &row);
-            waiting.push(LargeArray::SCALE_FLUX_IN_TIME, &sums);
-        },
-    )?;
-    let worst: Vec<f64> = balances.iter().map(RunningBalance::worst).collect();
-    budget.closure.scale = budget.relative(worst_of(0.0, &worst));
-    let units = &budget.units;
-    let (time, place) = (units.time(), units.position());
-    let time = (&*time, budget.time[0], motion.step());
-    let place = (&*place, 0.5 * budget.pitch, budget.pitch);
-    let label = units.power("scale flux Π_l");
-    let of_all = |planned: &PlannedFilter| [planned.contacts.start, planned.contacts.end];
-    budget.scales = Some(ScaleBudget {
-        scales: scales.scales.iter().map(|planned| planned.of).collect(),
-        contacts: scales.scales.iter().map(of_all).collect(),
-        integrated_flux: integrated,
-        map_scale: scales.scales[mapped].of.scale,
-        flux_map: Some(waiting.map(LargeArray::SCALE_FLUX, label, time, place)),
-        residual: worst
-            .iter()
-            .map(|worst| Some(worst / budget.scale))
-            .collect(),
-    });
-    Ok(())
+        Err(error) => Err(error),
+    }
+}
+
+/// What is kept of the scales of each sample.
+pub(super) struct KeptScales {
+    mapped: usize,
+    integrated: Vec<f64>,
+    /// The flux of the mapped scale; undefined where the filter reaches an end.
+    row: Vec<f64>,
+}
+
+impl KeptScales {
+    pub(super) fn new(scales: &Scales, task: &Task, waiting: &mut Waiting) -> Result<KeptScales> {
+        let count = scales.scales.len();
+        let (samples, m) = (task.motion.samples(), task.motion.chain.n_contacts());
+        let shown = Some(Keep::Extreme);
+        waiting.reserve(LargeArray::SCALE_FLUX, (samples, m), shown)?;
+        waiting.reserve(LargeArray::SCALE_FLUX_IN_TIME, (samples, count), None)?;
+        Ok(KeptScales {
+            mapped: mapped(scales, task.request.map_scale),
+            integrated: vec![0.0; count],
+            row: vec![f64::NAN; m],
+        })
+    }
+
+    /// Adds the next sample, of this weight.
+    pub(super) fn add(
+        &mut self,
+        weight: f64,
+        (scales, found): (&Scales, &[ScaleTerms]),
+        waiting: &mut Waiting,
+    ) {
+        let sums: Vec<f64> = found.iter().map(|terms| sum(&terms.flux)).collect();
+        add(&mut self.integrated, weight, &sums);
+        let contacts = scales.scales[self.mapped].contacts.clone();
+        self.row[contacts].copy_from_slice(&found[self.mapped].flux);
+        waiting.push(LargeArray::SCALE_FLUX, &self.row);
+        waiting.push(LargeArray::SCALE_FLUX_IN_TIME, &sums);
+    }
+
+    /// Puts what was found into `budget`. `time`: label, first and step of the axis, and likewise `place`.
+    pub(super) fn finish(
+        self,
+        (scales, balances): (&Scales, &[RunningBalance]),
+        [time, place]: [(&str, f64, f64); 2],
+        waiting: &mut Waiting,
+        budget: &mut Budget,
+    ) {
+        let worst: Vec<f64> = balances.iter().map(RunningBalance::worst).collect();
+        budget.closure.scale = budget.relative(worst_of(0.0, &worst));
+        let label = budget.units.power("scale flux Π_l");
+        let of_all = |planned: &PlannedFilter| [planned.contacts.start, planned.contacts.end];
+        let residual = worst.iter().map(|worst| Some(worst / budget.scale));
+        budget.scales = Some(ScaleBudget {
+            scales: scales.scales.iter().map(|planned| planned.of).collect(),
+            contacts: scales.scales.iter().map(of_all).collect(),
+            integrated_flux: self.integrated,
+            map_scale: scales.scales[self.mapped].of.scale,
+            flux_map: Some(waiting.map(LargeArray::SCALE_FLUX, label, time, place)),
+            residual: residual.collect(),
+        });
+    }
 }
 
 /// The scale that is mapped: the nearest to the requested one, else the middle one.

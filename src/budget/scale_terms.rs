@@ -11,7 +11,6 @@ use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 /// Scratch of one thread.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ScaleScratch {
-    pub(super) contacts: ContactState,
     /// Force, overlap, velocity; damping, push, displacement, force of the ground, motion of resonators where there are any.
     rows: Filtered,
     /// Elastic force plus damping of each contact, and the forces on each site from outside and of its spring to the ground.
@@ -35,9 +34,8 @@ pub(super) struct ScaleTerms {
 
 impl Scales<'_> {
     /// Transforms the state of one instant, for [`Scales::terms`] at every scale.
-    pub(super) fn load(&self, at: NodeState, scratch: &mut ScaleScratch) {
-        let (state, [force, push, ground]) = (&mut scratch.contacts, &mut scratch.at_places);
-        self.contacts.evaluate(at, state);
+    pub(super) fn load(&self, at: NodeState, state: &ContactState, scratch: &mut ScaleScratch) {
+        let [force, push, ground] = &mut scratch.at_places;
         let inside = self.contacts.offset..;
         let [elastic, overlap, damping] =
             [&state.elastic, &state.overlap, &state.damping].map(|row| &row[inside.clone()]);
@@ -74,11 +72,11 @@ impl Scales<'_> {
         &self,
         planned: &PlannedFilter,
         at: NodeState,
-        scratch: &mut ScaleScratch,
+        rows: &mut Filtered,
     ) -> [Vec<f64>; 3] {
-        let (state, rows) = (&mut scratch.contacts, &mut scratch.rows);
-        self.contacts.evaluate(at, state);
-        let acceleration = self.contacts.accelerations(at, state);
+        let mut state = ContactState::default();
+        self.contacts.evaluate(at, &mut state);
+        let acceleration = self.contacts.accelerations(at, &state);
         let contacts = self.contacts.offset..self.contacts.len();
         let apart = [at.x, at.v, &acceleration].map(|values| -> Vec<f64> {
             let apart = |i| self.contacts.contact(i).across(values, 0.0);

@@ -1,6 +1,6 @@
 //! The wavenumber budget over time: spectra, flux, its integral, and whether it balances.
 
-use super::balance::{GivenRate, Passage, running};
+use super::balance::{Passage, running};
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::{BranchBudget, Budget, Identities, Integration, WavenumberBudget};
@@ -14,7 +14,6 @@ use crate::numeric::{count_at_or_below, sum};
 pub(super) struct Spectral {
     budget: WavenumberBudget,
     edge_asked: Option<f64>,
-    passage: Passage,
     flux: Vec<f64>,
     moments: Vec<f64>,
     identities: Identities,
@@ -56,7 +55,6 @@ impl Spectral {
         }
         Ok(Spectral {
             edge_asked: request.band_edge_wavenumber,
-            passage: Passage::new(GivenRate::Balance, samples, count),
             flux: Vec::new(),
             moments: Vec::new(),
             identities: Identities {
@@ -73,20 +71,15 @@ impl Spectral {
         })
     }
 
-    /// Adds sample i of these weights in time, whose energy and dissipation are known from its sites.
+    /// Adds the next sample, by which so much has passed, and whose energy and dissipation are known from its sites.
     pub(super) fn take_in(
         &mut self,
-        i: usize,
-        [before, behind]: [f64; 2],
         terms: &Terms,
+        passed: &[f64],
         [total, dissipation]: [f64; 2],
         waiting: &mut Waiting,
     ) {
         self.check_identities(terms, total, dissipation);
-        self.passage.add(before, terms);
-        let integrated = self.passage.sample(i, &terms.energy);
-        waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, integrated);
-        self.passage.add(behind, terms);
         let energy = &terms.energy;
         let (budget, flux) = (&mut self.budget, &mut self.flux);
         if budget.edge.is_nan() {
@@ -113,6 +106,7 @@ impl Spectral {
             waiting.push(LargeArray::ACOUSTIC_SPECTRUM, &split.acoustic_energy);
             waiting.push(LargeArray::OPTICAL_SPECTRUM, &split.optical_energy);
         }
+        waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, passed);
         for (array, row) in [
             (LargeArray::ENERGY_SPECTRUM, energy),
             (LargeArray::TRANSFER, &terms.transfer),
@@ -142,7 +136,13 @@ impl Spectral {
     }
 
     /// Puts what was found into `into`. `time`: label, first and step of the axis.
-    pub(super) fn finish(self, time: (&str, f64, f64), waiting: &mut Waiting, into: &mut Budget) {
+    pub(super) fn finish(
+        self,
+        passage: Passage,
+        time: (&str, f64, f64),
+        waiting: &mut Waiting,
+        into: &mut Budget,
+    ) {
         let mut budget = self.budget;
         let k = into.units.wavenumber();
         let k = (&*k, 0.0, budget.wavenumber.get(1).copied().unwrap_or(1.0));
@@ -151,6 +151,6 @@ impl Spectral {
         let label = into.units.power("flux Π(k)");
         budget.flux_map = waiting.map(LargeArray::SPECTRAL_FLUX, label, time, k);
         into.closure.identities = self.identities;
-        self.passage.finish(budget, into);
+        passage.finish(budget, into);
     }
 }

@@ -57,7 +57,6 @@ pub(super) struct TransferScratch {
     row: Vec<f64>,
     /// Squares of the sizes that transfers are differences of.
     size: Vec<f64>,
-    pub(super) contacts: ContactState,
     /// Of the motion of sites, of contacts, then of [`Transfers::springs`].
     squares: Vec<Square>,
     springs: Vec<[Vec<f64>; 2]>,
@@ -98,7 +97,6 @@ impl<'a> Transfers<'a> {
             modes: self.modes.scratch(),
             row: Vec::new(),
             size: Vec::new(),
-            contacts: ContactState::default(),
             squares: (0..2 + springs).map(square).collect(),
             springs: Vec::new(),
             other: line(),
@@ -107,8 +105,10 @@ impl<'a> Transfers<'a> {
 
     /// `E(k)` alone.
     pub(super) fn energies(&self, at: NodeState) -> Vec<f64> {
-        let mut scratch = self.scratch();
-        self.load_roots(at, &mut scratch);
+        let (mut scratch, mut state) = (self.scratch(), ContactState::default());
+        self.contacts.evaluate(at, &mut state);
+        self.contacts.evaluate_roots(&mut state);
+        self.load_roots(at, &state, &mut scratch);
         let mut energies = vec![0.0; self.modes.len()];
         for Square { factor, root, .. } in &scratch.squares {
             for ((energy, weight), root) in energies.iter_mut().zip(&self.weights).zip(root) {
@@ -118,10 +118,16 @@ impl<'a> Transfers<'a> {
         energies
     }
 
-    /// All terms of the balance. The contacts of `scratch` are those at this instant.
-    pub(super) fn evaluate(&self, at: NodeState, scratch: &mut TransferScratch, terms: &mut Terms) {
-        self.load_roots(at, scratch);
-        self.load_rates(at, scratch);
+    /// All terms of the balance, with the contacts at this instant and the roots of their energies.
+    pub(super) fn evaluate(
+        &self,
+        at: NodeState,
+        state: &ContactState,
+        scratch: &mut TransferScratch,
+        terms: &mut Terms,
+    ) {
+        self.load_roots(at, state, scratch);
+        self.load_rates(at, state, scratch);
         let (size, squares) = (&mut scratch.size, &scratch.squares);
         for row in [&mut terms.energy, &mut terms.transfer, size] {
             row.clear();
@@ -146,10 +152,10 @@ impl<'a> Transfers<'a> {
             branches.split([&sites.root, &sites.rate], [&contacts.root, &contacts.rate])
         });
         if self.lossy {
-            self.losses(at, scratch, &mut terms.loss);
+            self.losses(at, state, scratch, &mut terms.loss);
         }
         if self.driven {
-            self.inputs(scratch, &mut terms.input);
+            self.inputs(state, scratch, &mut terms.input);
         }
     }
 
@@ -182,11 +188,9 @@ impl<'a> Transfers<'a> {
         all
     }
 
-    fn load_roots(&self, at: NodeState, scratch: &mut TransferScratch) {
-        let (work, state, row) = (&mut scratch.modes, &mut scratch.contacts, &mut scratch.row);
+    fn load_roots(&self, at: NodeState, state: &ContactState, scratch: &mut TransferScratch) {
+        let (work, row) = (&mut scratch.modes, &mut scratch.row);
         let (squares, springs) = (&mut scratch.squares, &mut scratch.springs);
-        self.contacts.evaluate(at, state);
-        self.contacts.evaluate_roots(state);
         *springs = self.springs(at);
         row.clear();
         row.extend(self.root_mass.iter().zip(at.v).map(|(root, v)| root * v));
@@ -198,8 +202,8 @@ impl<'a> Transfers<'a> {
         }
     }
 
-    fn load_rates(&self, at: NodeState, scratch: &mut TransferScratch) {
-        let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
+    fn load_rates(&self, at: NodeState, state: &ContactState, scratch: &mut TransferScratch) {
+        let (work, row) = (&mut scratch.modes, &mut scratch.row);
         let (squares, springs) = (&mut scratch.squares, &scratch.springs);
         let (modes, contacts) = (&self.modes, self.contacts);
         contacts.push_all(&state.elastic, row);
@@ -232,8 +236,14 @@ impl<'a> Transfers<'a> {
     }
 
     /// `L(k)`: what dampers and drag take from the sites, and the dashpots of resonators from these.
-    fn losses(&self, at: NodeState, scratch: &mut TransferScratch, loss: &mut Vec<f64>) {
-        let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
+    fn losses(
+        &self,
+        at: NodeState,
+        state: &ContactState,
+        scratch: &mut TransferScratch,
+        loss: &mut Vec<f64>,
+    ) {
+        let (work, row) = (&mut scratch.modes, &mut scratch.row);
         let (squares, other) = (&scratch.squares, &mut scratch.other);
         let chain = self.contacts.chain;
         row.resize(at.v.len(), 0.0);
@@ -266,8 +276,8 @@ impl<'a> Transfers<'a> {
     }
 
     /// `I(k)`: the power of the external force, and of a moving wall on its contact.
-    fn inputs(&self, scratch: &mut TransferScratch, input: &mut Vec<f64>) {
-        let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
+    fn inputs(&self, state: &ContactState, scratch: &mut TransferScratch, input: &mut Vec<f64>) {
+        let (work, row) = (&mut scratch.modes, &mut scratch.row);
         let (squares, other) = (&scratch.squares, &mut scratch.other);
         let pushed = self.contacts.pushed();
         row.clear();
