@@ -9,7 +9,7 @@ use super::system::{FIRST_CONTACT, FIRST_SITE, State, System};
 use super::tableau::Tableau;
 use super::{Cost, Mark, StepControl, Stepping, Task};
 use crate::chain::drive::Drive;
-use crate::chain::lattice::{Chain, Contact, refuse};
+use crate::chain::lattice::{Chain, Contact};
 use crate::chain::law::Kernel;
 use crate::chain::simulation::Simulation;
 use crate::numeric::root;
@@ -167,8 +167,8 @@ impl<K: Kernel> Driver<K> {
         };
         let mut all = StepOutcome::default();
         for island in &self.islands.active {
-            let (state, next) = (&self.state, &mut self.next);
-            all = all.and(step.advance(island, state, next, &mut self.scratch));
+            let states = (&self.state, &mut self.next);
+            step.advance(island, states, &mut self.scratch, &mut all);
         }
         all
     }
@@ -218,7 +218,7 @@ impl<K: Kernel> Driver<K> {
             }
             let expected = "a step below the stability limit";
             let found = format!("{step:e}, which overflowed at time {:e}", self.time);
-            return Err(refuse("step", expected, found));
+            return Err(Error::request("step", expected, found));
         }
         // Contact events inside the step limit its length before the error estimate is meaningful.
         if outcome.longest < h {
@@ -241,11 +241,8 @@ impl<K: Kernel> Driver<K> {
 
     /// Whether velocities have grown so large that their rounding alone exceeds the tolerance by far.
     fn runs_away(&self) -> bool {
-        let fastest = self
-            .state
-            .v
-            .iter()
-            .fold(0.0, |most: f64, v| most.max(v.abs()));
+        let speeds = self.state.v.iter();
+        let fastest = speeds.fold(0.0, |most: f64, v| most.max(v.abs()));
         let tolerance = self.tolerance();
         tolerance > 0.0 && f64::EPSILON * fastest > ROUNDING * tolerance
     }
@@ -261,7 +258,7 @@ impl<K: Kernel> Driver<K> {
             overlap(farthest.max(1)),
             self.time
         );
-        refuse(
+        Error::request(
             "tolerance",
             "motion that steps of finite length can follow",
             found,
@@ -269,7 +266,7 @@ impl<K: Kernel> Driver<K> {
     }
 
     /// Accepts a step, and chooses the length of the next one.
-    fn accept(&mut self, NextStep { h, end }: NextStep, outcome: &StepOutcome) {
+    fn accept(&mut self, h: f64, end: f64, outcome: &StepOutcome) {
         self.caution = 1.0;
         if self.energy {
             self.carry_energies();
@@ -286,12 +283,8 @@ impl<K: Kernel> Driver<K> {
         // A step shortened to end on a sample hardly limits the next one.
         let longest = h * factor;
         let held_back = h < self.step && factor >= GROWTH;
-        self.step = if held_back {
-            longest.max(self.step)
-        } else {
-            longest
-        };
-        self.step = self.step.min(outcome.onward);
+        let least = if held_back { self.step } else { 0.0 };
+        self.step = longest.max(least).min(outcome.onward);
     }
 }
 
@@ -303,22 +296,12 @@ impl<K: Kernel> Stepping for Driver<K> {
             if self.cost.steps.is_multiple_of(256) && observer.cancelled() {
                 return Err(Error::Cancelled);
             }
-            let mut allowed = self.step;
-            if self.time < self.drive_ends {
-                allowed = allowed.min(self.drive_step);
-            }
-            let target = match self.time < self.drive_ends {
-                true => target.min(self.drive_ends),
-                false => target,
+            let (allowed, target) = match self.time < self.drive_ends {
+                true => (self.step.min(self.drive_step), target.min(self.drive_ends)),
+                false => (self.step, target),
             };
-            let next = match landing {
-                Some(h) => Some(NextStep {
-                    h,
-                    end: self.time + h,
-                }),
-                None => next_step(self.time, target, allowed),
-            };
-            let Some(NextStep { h, end }) = next else {
+            let next = landing.map(|h| (h, self.time + h));
+            let Some((h, end)) = next.or_else(|| next_step(self.time, target, allowed)) else {
                 return Ok(self.time);
             };
             if end <= self.time || h.is_nan() {
@@ -344,7 +327,7 @@ impl<K: Kernel> Stepping for Driver<K> {
                 }
                 Some(Shorter::Steps(h)) => (self.step, landing) = (h, None),
                 None => {
-                    self.accept(NextStep { h, end }, &outcome);
+                    self.accept(h, end, &outcome);
                     return Ok(self.time);
                 }
             }
@@ -433,20 +416,13 @@ impl<K: Kernel> Stepping for Driver<K> {
     }
 }
 
-/// A step on the way to a sample.
-#[derive(Debug, Clone, Copy)]
-struct NextStep {
-    h: f64,
-    end: f64,
-}
-
-/// The next of the equally long steps, none longer than `longest`, that end at `target`.
-fn next_step(time: f64, target: f64, longest: f64) -> Option<NextStep> {
+/// Length and end of the next of the equally long steps, none longer than `longest`, that end at `target`.
+fn next_step(time: f64, target: f64, longest: f64) -> Option<(f64, f64)> {
     let left = target - time;
     let steps = (left / longest * (1.0 - 1e-12)).ceil().max(1.0);
     let h = left / steps;
     let end = if steps == 1.0 { target } else { time + h };
-    (time < target).then_some(NextStep { h, end })
+    (time < target).then_some((h, end))
 }
 
 /// Which of a chain's contacts and sites.
