@@ -1,7 +1,10 @@
 //! All that views need to know of a chain at one place of its motion, and the balances that follow from place to place.
 
-use super::balance::{Passage, RunningBalance};
+use std::ops::Range;
+
+use super::balance::{GivenRate, Passage, RunningBalance};
 use super::contacts::{ContactState, Contacts};
+use super::motion::Motion;
 use super::real_space::{SiteBalance, SiteTerms};
 use super::scale::{PlannedFilter, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
@@ -66,6 +69,24 @@ pub(super) struct Balances {
 }
 
 impl Balances {
+    /// Of what is evaluated along a motion, in real space over these samples and sites.
+    pub(super) fn new(
+        evaluation: &Evaluation,
+        motion: &Motion,
+        way: GivenRate,
+        window: Option<[Range<usize>; 2]>,
+    ) -> Balances {
+        let samples = motion.samples();
+        let [times, sites] = window.unwrap_or([0..samples, 0..motion.chain.n_sites()]);
+        let passage = |of: &Transfers| Passage::new(way, samples, of.modes.len());
+        let scales = evaluation.scales.map_or(0, |(_, filters)| filters.len());
+        Balances {
+            sites: SiteBalance::new(times, sites, evaluation.contacts),
+            passage: evaluation.transfers.map(passage),
+            scales: vec![RunningBalance::default(); scales],
+        }
+    }
+
     /// Adds a node of a quadrature.
     pub(super) fn add(&mut self, weight: f64, terms: &PlaceTerms) {
         self.sites.exchanged.add(weight, &terms.sites);

@@ -1,15 +1,10 @@
 //! The pass over time: all views that follow from places, sample by sample.
 
 use super::Task;
-use super::balance::{GivenRate, Passage, RunningBalance, running};
-use super::branches::Branches;
-use super::contacts::Contacts;
-use super::modes::{Basis, Modes};
-use super::motion::Motion;
+use super::balance::{GivenRate, RunningBalance, running, worst_of};
 use super::place::{Balances, Evaluation, PlaceScratch, PlaceTerms};
-use super::real_space::SiteBalance;
 use super::result::Budget;
-use super::scale::{self, KeptScales};
+use super::scale;
 use super::spectral::Spectral;
 use super::waiting::Waiting;
 use super::wavenumber::Transfers;
@@ -23,16 +18,10 @@ pub(super) fn pass(task: &Task) -> Result<Budget> {
     let (motion, contacts, request) = (task.motion, task.contacts, task.request);
     let (chain, views) = (motion.chain, request.views);
     let (samples, n, m) = (motion.samples(), chain.n_sites(), chain.n_contacts());
-    let modes = Modes::new(Basis::of(chain.ends), n);
-    let of_stated = Motion {
-        chain: task.stated,
-        ..*motion
-    };
-    let branches = Branches::of(&Contacts::of(&of_stated), &modes);
     if views.wavenumber {
         contacts.check_roots(motion)?;
     }
-    let transfers = Transfers::new(contacts, modes, branches, motion.drive.is_some());
+    let transfers = Transfers::new(contacts, Some(task.stated));
     let mut budget = Budget {
         n_sites: n,
         n_contacts: m,
@@ -58,22 +47,17 @@ pub(super) fn pass(task: &Task) -> Result<Budget> {
         true => scale::planned(task, &mut budget)?,
         false => None,
     };
-    let kept = scales.as_ref();
-    let kept = kept.map(|scales| KeptScales::new(scales, task, &mut waiting));
-    let mut kept = kept.transpose()?;
-    let filters = scales.as_ref().map_or(&[][..], |scales| &scales.scales);
+    if let Some(scales) = &scales {
+        scales.reserve(samples, &mut waiting)?;
+        budget.scales = Some(scales.budget());
+    }
     let evaluation = Evaluation {
         contacts,
         transfers: views.wavenumber.then_some(&transfers),
-        scales: scales.as_ref().map(|scales| (scales, filters)),
+        scales: scales.as_ref().map(|scales| (scales, &scales.scales[..])),
     };
-    let [times, sites] = request.window.clone().unwrap_or([0..samples, 0..n]);
-    let passage = || Passage::new(GivenRate::Balance, samples, transfers.modes.len());
-    let mut balances = Balances {
-        sites: SiteBalance::new(times, sites, contacts),
-        passage: views.wavenumber.then(passage),
-        scales: vec![RunningBalance::default(); filters.len()],
-    };
+    let window = request.window.clone();
+    let mut balances = Balances::new(&evaluation, motion, GivenRate::Balance, window);
     task.observer.stage("budgets", samples as u64);
     waiting.each_sample(
         samples,
@@ -100,18 +84,22 @@ pub(super) fn pass(task: &Task) -> Result<Budget> {
                 );
                 budget.passed = exchanged.passed.clone();
             }
-            waiting.push(LargeArray::SITE_ENERGY, &sites.energy);
-            waiting.push(LargeArray::ENERGY_FLUX, &sites.flux);
-            waiting.push(LargeArray::ENERGY_PASSED, &exchanged.passed);
-            waiting.push(LargeArray::ENERGY_LOST, &exchanged.lost);
+            for (array, row) in [
+                (LargeArray::SITE_ENERGY, &sites.energy),
+                (LargeArray::ENERGY_FLUX, &sites.flux),
+                (LargeArray::ENERGY_PASSED, &exchanged.passed),
+                (LargeArray::ENERGY_LOST, &exchanged.lost),
+            ] {
+                waiting.push(array, row);
+            }
             if let (Some(spectral), Some(passage)) = (&mut spectral, &balances.passage) {
                 // What a moving wall puts into its damper never was energy of a wavenumber.
                 let dissipation = sum(&sites.loss) - sites.wall_heat;
                 let known = [total, dissipation];
                 spectral.take_in(&terms.spectra, passage.passed(), known, waiting);
             }
-            if let (Some(kept), Some(scales)) = (&mut kept, &scales) {
-                kept.add(before + behind, (scales, &terms.scales), waiting);
+            if let (Some(scales), Some(found)) = (&scales, &mut budget.scales) {
+                scales.take_in(before + behind, &terms.scales, found, waiting);
             }
             balances.add(behind, terms);
         },
@@ -125,9 +113,13 @@ pub(super) fn pass(task: &Task) -> Result<Budget> {
     if let (Some(spectral), Some(passage)) = (spectral, balances.passage) {
         spectral.finish(passage, time, &mut waiting, &mut budget);
     }
-    if let (Some(kept), Some(scales)) = (kept, &scales) {
-        let balances = (scales, &*balances.scales);
-        kept.finish(balances, [time, place], &mut waiting, &mut budget);
+    if let Some(found) = &mut budget.scales {
+        let worst: Vec<f64> = balances.scales.iter().map(RunningBalance::worst).collect();
+        let relative = |worst: &f64| Some(worst / budget.scale);
+        found.residual = worst.iter().map(relative).collect();
+        let label = budget.units.power("scale flux Π_l");
+        found.flux_map = Some(waiting.map(LargeArray::SCALE_FLUX, label, time, place));
+        budget.closure.scale = budget.relative(worst_of(0.0, &worst));
     }
     Ok(budget)
 }

@@ -77,9 +77,9 @@ impl Scales<'_> {
         let mut state = ContactState::default();
         self.contacts.evaluate(at, &mut state);
         let acceleration = self.contacts.accelerations(at, &state);
-        let contacts = self.contacts.offset..self.contacts.len();
+        let contacts = self.contacts.offset..self.contacts.each.len();
         let apart = [at.x, at.v, &acceleration].map(|values| -> Vec<f64> {
-            let apart = |i| self.contacts.contact(i).across(values, 0.0);
+            let apart = |i: usize| self.contacts.each[i].across(values, 0.0);
             contacts.clone().map(apart).collect()
         });
         let [a, b, c] = &apart;
@@ -116,7 +116,7 @@ impl Scales<'_> {
             row.resize(m + 1, 0.0);
         }
         let [energy, passes, taken] = at_sites;
-        let inside = self.contacts.offset..self.contacts.len();
+        let inside = self.contacts.offset..self.contacts.each.len();
         let out = [&mut law_force[..], &mut energy[1..]];
         self.contacts
             .forces_and_energies(inside, &overlap[..m], out);
@@ -214,9 +214,8 @@ impl SimdKernel for Powers<'_> {
         }
         let beside = self.sites.start..self.sites.end + 1;
         let [held, passes, taken] = [held, passes, taken].map(|row| row[beside.clone()].windows(2));
-        let sites = self.mass[self.sites.clone()]
-            .iter()
-            .zip(&self.speed[self.sites]);
+        let masses = self.mass[self.sites.clone()].iter();
+        let sites = masses.zip(&self.speed[self.sites]);
         let out = self.energy.iter_mut().zip(self.rate);
         for ((energy, rate), ((mass, speed), (held, (passes, taken)))) in
             out.zip(sites.zip(held.zip(passes.zip(taken))))

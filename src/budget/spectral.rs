@@ -9,13 +9,12 @@ use super::wavenumber::{Terms, Transfers};
 use crate::arrays::LargeArray;
 use crate::diagnostics::{Keep, edge_of};
 use crate::error::Result;
-use crate::numeric::{count_at_or_below, sum};
+use crate::numeric::{count_at_or_below, sum, sum_of};
 
 pub(super) struct Spectral {
     budget: WavenumberBudget,
     edge_asked: Option<f64>,
     flux: Vec<f64>,
-    moments: Vec<f64>,
     identities: Identities,
 }
 
@@ -56,7 +55,6 @@ impl Spectral {
         Ok(Spectral {
             edge_asked: request.band_edge_wavenumber,
             flux: Vec::new(),
-            moments: Vec::new(),
             identities: Identities {
                 loss_sum: lossy.then_some(0.0),
                 ..Identities::default()
@@ -84,10 +82,8 @@ impl Spectral {
         let (budget, flux) = (&mut self.budget, &mut self.flux);
         if budget.edge.is_nan() {
             // The first sample with energy settles it.
-            let edge = self
-                .edge_asked
-                .or_else(|| edge_of(energy, &budget.wavenumber));
-            budget.edge = edge.unwrap_or(f64::NAN);
+            let found = || edge_of(energy, &budget.wavenumber);
+            budget.edge = self.edge_asked.or_else(found).unwrap_or(f64::NAN);
         }
         let bins = count_at_or_below(&budget.wavenumber, budget.edge);
         running(flux, terms.transfer.iter().map(|transfer| -transfer));
@@ -96,10 +92,8 @@ impl Spectral {
         budget.edge_flux.push(past);
         // The mean of k over the energy, `k = 0` left out.
         let (waves, wavenumber) = (&energy[1..], &budget.wavenumber[1..]);
-        self.moments.clear();
-        self.moments
-            .extend(waves.iter().zip(wavenumber).map(|(e, k)| e * k));
-        budget.centroid.push(sum(&self.moments) / sum(waves));
+        let moments = waves.iter().zip(wavenumber).map(|(e, k)| e * k);
+        budget.centroid.push(sum_of(moments) / sum(waves));
         if let (Some(branches), Some(split)) = (&mut budget.branches, &terms.split) {
             branches.optical_energy.push(sum(&split.optical_energy));
             branches.optical_transfer.push(split.optical_transfer);

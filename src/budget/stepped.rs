@@ -3,13 +3,11 @@
 use rayon::prelude::*;
 
 use super::Task;
-use super::balance::{GivenRate, Passage, RunningBalance, worst_of};
+use super::balance::{GivenRate, worst_of};
 use super::filter::ScaleOf;
 use super::frequency::NodeFlows;
-use super::modes::{Basis, Modes};
 use super::motion::Motion;
 use super::place::{Balances, Evaluation, PlaceScratch, PlaceTerms};
-use super::real_space::SiteBalance;
 use super::result::{Budget, Integration};
 use super::scale::Scales;
 use super::sublattices::Filtered;
@@ -37,13 +35,14 @@ pub(super) fn close(task: &Task, budget: &mut Budget) -> Result<()> {
     let (observer, samples) = (task.observer, motion.samples());
     let wavenumbers = budget.wavenumber.as_ref().map(|of| of.wavenumber.len());
     let mut waiting = Waiting::new(task.sink);
-    if let Some(count) = wavenumbers {
-        waiting.reserve(LargeArray::INTEGRATED_SPECTRAL_FLUX, (samples, count), None)?;
-    }
+    let (passed, count) = (
+        LargeArray::INTEGRATED_SPECTRAL_FLUX,
+        wavenumbers.unwrap_or(0),
+    );
+    waiting.reserve(passed, (samples, count), None)?;
     if budget.scale == 0.0 {
         // Nothing moves, and there is no speed to measure errors of steps by.
-        let all = vec![0.0; samples * wavenumbers.unwrap_or(0)];
-        waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, &all);
+        waiting.push(passed, &vec![0.0; samples * count]);
         return waiting.hand_on(samples);
     }
     let chain = motion.chain;
@@ -59,34 +58,23 @@ pub(super) fn close(task: &Task, budget: &mut Budget) -> Result<()> {
     if chain.has_pulls() {
         simulation.scheme = Scheme::RungeKutta;
     }
-    let modes = Modes::new(Basis::of(chain.ends), chain.n_sites());
-    let transfers = Transfers::new(contacts, modes, None, motion.drive.is_some());
-    let mapped = budget.scales.as_ref().map(|found| found.map_scale);
-    let scales = mapped.map(|_| Scales::new(contacts, chain, request));
+    let transfers = Transfers::new(contacts, None);
+    let scales = budget.scales.as_ref();
+    let scales = scales.map(|_| Scales::new(contacts, chain, request));
     let scales = scales.transpose()?;
-    let scales = scales.as_ref().zip(mapped).and_then(|(scales, mapped)| {
-        let mut all = scales.scales.iter();
-        let planned = all.find(|planned| planned.of.scale == mapped)?;
-        Some((scales, std::slice::from_ref(planned)))
-    });
+    let evaluation = Evaluation {
+        contacts,
+        transfers: wavenumbers.map(|_| &transfers),
+        scales: scales.as_ref().map(|scales| (scales, scales.mapped())),
+    };
     let edge = budget.frequency.as_ref().map(|flow| flow.edge);
-    let flows = edge.map(|edge| NodeFlows::new(contacts, request, edge, motion.duration()));
-    let longest = flows
-        .as_ref()
-        .map_or(f64::INFINITY, NodeFlows::longest_step);
-    let passage = |count| Passage::new(GivenRate::Transfer, samples, count);
+    let flows = edge.map(|edge| NodeFlows::new(contacts, request, [edge, motion.duration()]));
+    let longest = flows.as_ref().map(NodeFlows::longest_step);
+    let longest = longest.unwrap_or(f64::INFINITY);
     let mut followed = Followed {
         motion,
-        evaluation: Evaluation {
-            contacts,
-            transfers: wavenumbers.map(|_| &transfers),
-            scales,
-        },
-        balances: Balances {
-            sites: SiteBalance::new(0..samples, 0..chain.n_sites(), contacts),
-            passage: wavenumbers.map(passage),
-            scales: vec![RunningBalance::default(); usize::from(scales.is_some())],
-        },
+        balances: Balances::new(&evaluation, motion, GivenRate::Transfer, None),
+        evaluation,
         flows,
         waiting,
         outcome: Ok(()),
@@ -168,8 +156,8 @@ impl Followed<'_, '_> {
         let (motion, evaluation, flows) = (self.motion, &self.evaluation, &self.flows);
         let mut places = std::mem::take(&mut self.places);
         let visited = &mut places[..std::mem::take(&mut self.visited)];
-        let visited_here = visited.par_iter_mut().with_min_len(ALONE);
-        visited_here.for_each_init(PlaceScratch::default, |scratch, place| {
+        let each = visited.par_iter_mut().with_min_len(ALONE);
+        each.for_each_init(PlaceScratch::default, |scratch, place| {
             let at = NodeState {
                 t: motion.time[0] + place.t,
                 x: &place.x,
@@ -242,12 +230,10 @@ impl NodeVisitor for Followed<'_, '_> {
             return Vec::new();
         };
         let (h, t0) = (to.t - from.t, self.motion.time[0]);
-        let [start, end] = [from, to]
-            .map(|place| NodeState {
-                t: t0 + place.t,
-                ..place
-            })
-            .map(|place| scales.overlaps(planned, place, &mut self.filtered));
+        let [start, end] = [from, to].map(|place| {
+            let t = t0 + place.t;
+            scales.overlaps(planned, NodeState { t, ..place }, &mut self.filtered)
+        });
         let (contacts, offset) = (scales.contacts, scales.contacts.offset);
         let mut cusps = Vec::new();
         for j in planned.contacts.clone() {
@@ -257,15 +243,12 @@ impl NodeVisitor for Followed<'_, '_> {
             let of =
                 |rows: &[Vec<f64>; 3]| [rows[0][j] - opening, h * rows[1][j], h * h * rows[2][j]];
             let (start, end) = (of(&start), of(&end));
-            let most = start[0]
-                .abs()
-                .max(end[0].abs())
-                .max(start[1].abs() + end[1].abs());
-            if contacts.contact(j + offset).energy(most + opening) < self.noticed {
-                continue;
-            }
-            let near = start[0].abs().min(end[0].abs()) < start[1].abs() + end[1].abs();
-            if (start[0] > 0.0) != (end[0] > 0.0) || (near && start[1] * end[1] < 0.0) {
+            let [a, b, way] = [start[0].abs(), end[0].abs(), start[1].abs() + end[1].abs()];
+            let most = a.max(b).max(way) + opening;
+            let energy = contacts.each[j + offset].energy(most);
+            let passes = (start[0] > 0.0) != (end[0] > 0.0);
+            let turns = a.min(b) < way && start[1] * end[1] < 0.0;
+            if energy >= self.noticed && (passes || turns) {
                 let path = Quintic::hermite(start, end);
                 cusps.extend(openings(&path).map(|share| from.t + h * share));
             }
