@@ -30,26 +30,15 @@ impl RunningBalance {
         add(&mut self.integral, weight, rates);
     }
 
-    /// Compares with the quantities at a sample of the trapezoid rule, whose rates have these weights in the step before
-    /// it and in that behind it.
-    pub(super) fn sample(&mut self, [before, behind]: [f64; 2], rates: &[f64], values: &[f64]) {
-        let first = self.first.get_or_insert_with(|| values.to_vec());
-        for row in [&mut self.integral, &mut self.off] {
-            row.resize(values.len(), 0.0);
-        }
-        let now = values.iter().zip(&*first).zip(rates);
-        let sums = self.off.iter_mut().zip(&mut self.integral);
-        for ((off, integral), ((value, first), rate)) in sums.zip(now) {
-            *integral += before * rate;
-            *off = (value - first - *integral).abs();
-            *integral += behind * rate;
-        }
-        self.worst = worst_of(self.worst, &self.off);
-    }
-
     /// Compares with the quantities at a sample between nodes.
     pub(super) fn compare(&mut self, values: &[f64]) {
-        self.sample([0.0; 2], values, values);
+        let first = self.first.get_or_insert_with(|| values.to_vec());
+        self.integral.resize(values.len(), 0.0);
+        self.off.clear();
+        let all = values.iter().zip(&*first).zip(&self.integral);
+        self.off
+            .extend(all.map(|((value, first), integral)| (value - first - integral).abs()));
+        self.worst = worst_of(self.worst, &self.off);
     }
 
     /// The largest residual so far, in units of the quantities.
@@ -77,16 +66,15 @@ pub(super) fn worst_of(worst: f64, off: &[f64]) -> f64 {
             *lane = larger(*lane, *off);
         }
     }
-    lanes
-        .into_iter()
-        .chain(rest.iter().copied())
-        .fold(worst, larger)
+    let all = lanes.into_iter().chain(rest.iter().copied());
+    all.fold(worst, larger)
 }
 
 /// Which of the two is given.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum GivenRate {
     /// The integral of the transfer.
+    #[default]
     Transfer,
     /// What the wavenumbers lost, less what losses took and inputs gave: without either a function
     /// of the state, exact at any sampling.
@@ -94,6 +82,7 @@ pub(super) enum GivenRate {
 }
 
 /// The integrals over time.
+#[derive(Default)]
 pub(super) struct Passage {
     way: GivenRate,
     /// The sample in the middle.
@@ -113,19 +102,12 @@ pub(super) struct Passage {
 
 impl Passage {
     pub(super) fn new(way: GivenRate, samples: usize, wavenumbers: usize) -> Passage {
-        let row = || vec![0.0; wavenumbers];
         Passage {
             way,
             half: (samples - 1) / 2,
-            first: None,
-            transferred: row(),
-            gone: row(),
-            row: row(),
-            at_half: row(),
-            off: row(),
-            apart: row(),
-            worst: 0.0,
-            check: IntegratedFluxCheck::default(),
+            transferred: vec![0.0; wavenumbers],
+            gone: vec![0.0; wavenumbers],
+            ..Passage::default()
         }
     }
 
@@ -136,32 +118,34 @@ impl Passage {
         add(&mut self.gone, -weight, &terms.input);
     }
 
-    /// What has passed each wavenumber by sample i, at which the wavenumbers hold `energy`.
-    pub(super) fn sample(&mut self, i: usize, energy: &[f64]) -> &[f64] {
+    /// Finds what has passed each wavenumber by sample i, at which the wavenumbers hold `energy`.
+    pub(super) fn compare(&mut self, i: usize, energy: &[f64]) {
         let first = self.first.get_or_insert_with(|| energy.to_vec());
         let is_transfer = self.way == GivenRate::Transfer;
         let (mut passed, mut apart) = (0.0, 0.0);
-        let out = self.row.iter_mut().zip(&mut self.off).zip(&mut self.apart);
+        for row in [&mut self.row, &mut self.off, &mut self.apart] {
+            row.clear();
+        }
         let integrals = self.transferred.iter().zip(&self.gone);
-        let all = out.zip(first.iter().zip(energy)).zip(integrals);
-        for ((((row, off), apart_here), (first, now)), (transferred, gone)) in all {
+        for ((first, now), (transferred, gone)) in first.iter().zip(energy).zip(integrals) {
             let lost = first - now - gone;
             passed += if is_transfer { -transferred } else { lost };
             apart += lost + transferred;
-            *row = passed;
-            *off = (lost + transferred).abs();
-            *apart_here = apart.abs();
+            self.row.push(passed);
+            self.off.push((lost + transferred).abs());
+            self.apart.push(apart.abs());
         }
         self.worst = worst_of(self.worst, &self.off);
-        let IntegratedFluxCheck {
-            at_largest_wavenumber: top,
-            two_ways,
-        } = &mut self.check;
-        *two_ways = worst_of(*two_ways, &self.apart);
-        *top = worst_of(*top, &[passed.abs()]);
+        let check = &mut self.check;
+        check.two_ways = worst_of(check.two_ways, &self.apart);
+        check.at_largest_wavenumber = worst_of(check.at_largest_wavenumber, &[passed.abs()]);
         if i == self.half {
             self.at_half.clone_from(&self.row);
         }
+    }
+
+    /// What has passed each wavenumber by the last sample.
+    pub(super) fn passed(&self) -> &[f64] {
         &self.row
     }
 

@@ -11,9 +11,9 @@ use std::f64::consts::PI;
 
 use num_complex::Complex;
 
-use super::contacts::Contacts;
 use super::modes::{Basis, Modes};
 use super::wavenumber::dot;
+use crate::chain::Chain;
 
 type Pair = [Complex<f64>; 2];
 
@@ -42,18 +42,17 @@ pub(super) struct BranchSplit {
 
 impl Branches {
     /// `None` where the chain has no linear limit, or is no dimer of whole cells.
-    pub(super) fn of(contacts: &Contacts, modes: &Modes) -> Option<Branches> {
-        let chain = contacts.chain;
+    pub(super) fn of(chain: &Chain, modes: &Modes) -> Option<Branches> {
         let n = chain.n_sites();
         let held = chain.on_site.any();
         let odd = n < 4 || n % 2 == 1;
-        if modes.basis() != Basis::Fourier || odd || held || !contacts.has_linear_limit() {
+        let linear = chain.all_contacts().all(|of| of.has_linear_limit());
+        if modes.basis() != Basis::Fourier || odd || held || !linear {
             return None;
         }
         let cell = |values: &[f64]| <[f64; 2]>::try_from(chain.cell(values, 2, 0.0)?).ok();
-        let stiffness: Vec<f64> = (0..contacts.len())
-            .map(|i| contacts.contact(i).stiffness(0.0))
-            .collect();
+        let stiffness = chain.all_contacts().map(|of| of.stiffness(0.0));
+        let stiffness: Vec<f64> = stiffness.collect();
         let (mass, stiffness) = (cell(&chain.mass)?, cell(&stiffness)?);
         let alike = |[a, b]: [f64; 2]| (a - b).abs() <= 1e-9 * a.abs();
         if alike(mass) && alike(stiffness) {

@@ -13,10 +13,10 @@ const ROUNDING: f64 = 1e-12;
 #[derive(Debug)]
 pub(super) struct Contacts<'a> {
     pub(super) chain: &'a Chain,
-    drive: Option<&'a Drive>,
+    pub(super) drive: Option<&'a Drive>,
     /// 1 with a wall before site 0, else 0.
     pub(super) offset: usize,
-    each: Vec<Contact<'a>>,
+    pub(super) each: Vec<Contact<'a>>,
     coefficient: Vec<f64>,
 }
 
@@ -58,14 +58,6 @@ impl<'a> Contacts<'a> {
         }
     }
 
-    pub(super) fn len(&self) -> usize {
-        self.each.len()
-    }
-
-    pub(super) fn contact(&self, i: usize) -> Contact<'a> {
-        self.each[i]
-    }
-
     /// Whether all contacts are Hertz's and just touch, so that whole rows are computed at once.
     fn just_touch(&self) -> bool {
         !self.chain.is_pressed() && self.chain.law.only() == Some(&Law::Hertz)
@@ -84,11 +76,6 @@ impl<'a> Contacts<'a> {
         }
     }
 
-    /// The sites that contact i joins, `None` for a wall.
-    pub(super) fn sites(&self, i: usize) -> [Option<usize>; 2] {
-        self.each[i].sites
-    }
-
     /// Force on site j from these contact forces.
     #[inline]
     pub(super) fn push_on(&self, j: usize, force: &[f64]) -> f64 {
@@ -103,14 +90,8 @@ impl<'a> Contacts<'a> {
 
     /// Force on each site from these contact forces.
     pub(super) fn push_all(&self, force: &[f64], out: &mut [f64]) {
-        let last = out.len() - 1;
-        // Inner sites have contacts on both sides.
-        let pairs = force[self.offset..].windows(2);
-        for (push, pair) in out[1..].iter_mut().zip(pairs) {
-            *push = pair[0] - pair[1];
-        }
-        for j in [0, last] {
-            out[j] = self.push_on(j, force);
+        for (j, push) in out.iter_mut().enumerate() {
+            *push = self.push_on(j, force);
         }
     }
 
@@ -118,12 +99,11 @@ impl<'a> Contacts<'a> {
     pub(super) fn accelerations(&self, at: NodeState, state: &ContactState) -> Vec<f64> {
         let forces = state.elastic.iter().zip(&state.damping);
         let force: Vec<f64> = forces.map(|(elastic, damping)| elastic + damping).collect();
-        let masses = self.chain.mass.iter().enumerate();
         let pushed = self.pushed();
         let push = |j: usize| if j == pushed { state.push } else { 0.0 };
-        masses
-            .map(|(j, mass)| (self.push_on(j, &force) + push(j) - self.pull(j, at)) / mass)
-            .collect()
+        let all = |j: usize| self.push_on(j, &force) + push(j) - self.pull(j, at);
+        let masses = self.chain.mass.iter().enumerate();
+        masses.map(|(j, mass)| all(j) / mass).collect()
     }
 
     /// Force on site j towards -x by drag, the ground and a resonator.
@@ -142,7 +122,7 @@ impl<'a> Contacts<'a> {
 
     /// Fills `state` from the motion at one time.
     pub(super) fn evaluate(&self, at: NodeState, state: &mut ContactState) {
-        self.evaluate_some(0..self.len(), at, state);
+        self.evaluate_some(0..self.each.len(), at, state);
         state.push = self.drive.map_or(0.0, |drive| {
             let site = drive.site();
             let inner = || {
@@ -169,28 +149,19 @@ impl<'a> Contacts<'a> {
         }
         let [wall, wall_velocity] = self.wall(t);
         state.wall_velocity = wall_velocity;
-        // Contacts between adjacent sites first, then those at the ends.
-        let end = some.end.min(self.offset + x.len() - 1);
-        let inner = some.start.max(self.offset).min(end)..end;
-        let sites = inner.start - self.offset..inner.end + 1 - self.offset;
-        let places = inner.start - some.start..inner.end - some.start;
-        for (row, values) in [(&mut state.overlap, x), (&mut state.closing, v)] {
-            let pairs = values[sites.clone()].windows(2);
-            for (difference, pair) in row[places.clone()].iter_mut().zip(pairs) {
-                *difference = pair[0] - pair[1];
-            }
-        }
-        for i in (some.start..inner.start).chain(inner.end..some.end) {
-            let contact = self.each[i];
-            state.overlap[i - some.start] = contact.across(x, wall);
-            state.closing[i - some.start] = contact.across(v, wall_velocity);
+        for (row, values, wall) in [
+            (&mut state.overlap, x, wall),
+            (&mut state.closing, v, wall_velocity),
+        ] {
+            let contacts = row.iter_mut().zip(&self.each[some.clone()]);
+            contacts.for_each(|(apart, contact)| *apart = contact.across(values, wall));
         }
         let out = [&mut state.elastic[..], &mut state.energy];
         self.forces_and_energies(some.clone(), &state.overlap, out);
         if self.chain.losses.any() {
             let motion = state.overlap.iter().zip(&state.closing);
             for (i, (damping, (r, closing))) in some.zip(state.damping.iter_mut().zip(motion)) {
-                *damping = self.chain.damping(self.contact(i), *r, *closing);
+                *damping = self.chain.damping(self.each[i], *r, *closing);
             }
         }
     }
@@ -200,9 +171,8 @@ impl<'a> Contacts<'a> {
     /// # Errors
     /// [`Error::Request`] that names the first.
     pub(super) fn check_roots(&self, motion: &Motion) -> Result<()> {
-        let never_below = |i: usize| matches!(self.contact(i).law, Law::Hertz | Law::Power { .. });
-        let ground = self.chain.on_site.ground.as_ref();
-        if ground.is_none() && (0..self.len()).all(never_below) {
+        let never_below = |of: &Contact| matches!(of.law, Law::Hertz | Law::Power { .. });
+        if self.chain.on_site.ground.is_none() && self.each.iter().all(never_below) {
             return Ok(());
         }
         let springs: Vec<Contact> = self.chain.springs().collect();
@@ -238,7 +208,7 @@ impl<'a> Contacts<'a> {
         }
         let roots = phi.iter_mut().zip(slope);
         for (i, ((phi, slope), r)) in roots.zip(overlap).enumerate() {
-            (*phi, *slope) = self.contact(i).root_energy(*r);
+            (*phi, *slope) = self.each[i].root_energy(*r);
         }
     }
 
@@ -254,7 +224,7 @@ impl<'a> Contacts<'a> {
         }
         let out = force.iter_mut().zip(energy);
         for ((i, r), (force, energy)) in contacts.zip(overlap).zip(out) {
-            let contact = self.contact(i);
+            let contact = self.each[i];
             *force = contact.force(*r);
             *energy = contact.energy(*r);
         }
@@ -283,14 +253,9 @@ impl<'a> Contacts<'a> {
         state: &ContactState,
     ) -> [f64; 2] {
         let force = state.elastic[place] + state.damping[place];
-        match self.sites(i) {
+        match self.each[i].sites {
             [Some(left), Some(right)] => [force, 0.5 * (v[left] + v[right])],
             _ => [0.0; 2],
         }
-    }
-
-    /// Whether waves of small amplitude about the static state are linear.
-    pub(super) fn has_linear_limit(&self) -> bool {
-        self.each.iter().all(Contact::has_linear_limit)
     }
 }

@@ -48,11 +48,8 @@ impl ScaleOf {
         let (sigma, cutoff_wavenumber, reach) = match filter {
             Filter::Gaussian => {
                 let reach = (-2.0 * LEAST_WEIGHT.ln()).sqrt() * sigma / cell;
-                (
-                    Some(sigma),
-                    (2.0 * LN_2).sqrt() / sigma,
-                    reach.floor() as usize,
-                )
+                let cutoff = (2.0 * LN_2).sqrt() / sigma;
+                (Some(sigma), cutoff, reach.floor() as usize)
             }
             Filter::Box => {
                 let reach = (0.5 * scale / cell + 0.5).ceil() as usize - 1;
@@ -75,13 +72,11 @@ impl ScaleOf {
         let step = 2.0 * PI / (cells as f64 * cell);
         if self.filter == Filter::Sharp {
             let passes = |m: usize| at_or_below(step * m as f64, self.cutoff_wavenumber);
-            return (0..=cells / 2)
-                .map(|m| if passes(m) { 1.0 } else { 0.0 })
-                .collect();
+            let gain = |m: usize| if passes(m) { 1.0 } else { 0.0 };
+            return (0..=cells / 2).map(gain).collect();
         }
-        let weights: Vec<f64> = (0..=self.reach)
-            .map(|i| self.weight(i as f64 * cell, cell))
-            .collect();
+        let weight = |i: usize| self.weight(i as f64 * cell, cell);
+        let weights: Vec<f64> = (0..=self.reach).map(weight).collect();
         let total = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
         (0..=cells / 2)
             .map(|m| {

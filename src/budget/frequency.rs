@@ -14,15 +14,15 @@ use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use column_fft::{RealToComplex, rows};
-use ndarray::{Array2, Axis, s};
+use ndarray::{Array2, ArrayView1, Axis, s};
 use rayon::prelude::*;
 
 use super::Task;
 use super::contacts::{ContactState, Contacts};
+use super::modes::forward;
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::Budget;
-use super::tendency::forward;
 use super::wavenumber::dot;
 use crate::arrays::LargeArray;
 use crate::diagnostics::{MAP_LIMIT, Map, MapBuilder, edge_of};
@@ -147,26 +147,21 @@ pub(super) fn power_flow(task: &Task) -> Result<FrequencyFlow> {
             let block = first..(first + BLOCK).min(m);
             let width = block.len();
             let [mut forces, speeds] = records(motion, contacts, block);
-            let mut powers = Array2::zeros((width, bins));
+            let mut block = Array2::zeros((bins, width));
             let mut bands = Vec::with_capacity(width);
-            let records = forces
-                .chunks_exact_mut(samples)
-                .zip(speeds.chunks_exact(samples));
-            for (power, (force, speed)) in powers.rows_mut().into_iter().zip(records) {
-                let power = power.into_slice().unwrap_or_default();
+            let forces = forces.chunks_exact_mut(samples);
+            let records = forces.zip(speeds.chunks_exact(samples));
+            for (mut column, (force, speed)) in block.columns_mut().into_iter().zip(records) {
                 for end in [0, samples - 1] {
                     force[end] *= 0.5;
                 }
                 let [force, speed] = [&*force, speed].map(|record| forward(&*plan, record));
-                let spectra = force.iter().zip(&speed).enumerate();
-                for (power, (bin, (force, speed))) in power.iter_mut().zip(spectra) {
-                    *power = dt * dt * fold(bin, samples) * dot(*force, *speed);
-                }
+                let power = |bin: usize| dt * dt * fold(bin, samples) * dot(force[bin], speed[bin]);
+                let power: Vec<f64> = (0..bins).map(power).collect();
                 let (low, high) = power.split_at(low_bins);
                 bands.push([low, high].map(|band| df * sum(band)));
+                column.assign(&ArrayView1::from(&power));
             }
-            // Transposed to the layout of the whole array.
-            let mut block = Array2::from_shape_fn((bins, width), |(bin, j)| powers[[j, bin]]);
             sink.put(LargeArray::POWER_FLOW, 0, first, block.view())?;
             if let Ok(mut map) = map.lock() {
                 map.add(0, first, block.slice(s![..shown, ..]));
@@ -242,9 +237,8 @@ fn default_edge(
         return f64::NAN;
     };
     let spectrum = forward(plan, &record).into_iter().enumerate();
-    let power: Vec<f64> = spectrum
-        .map(|(m, z)| fold(m, samples) * z.norm_sqr())
-        .collect();
+    let power = spectrum.map(|(m, z)| fold(m, samples) * z.norm_sqr());
+    let power: Vec<f64> = power.collect();
     edge_of(&power, frequency).unwrap_or(f64::NAN)
 }
 
@@ -269,8 +263,7 @@ impl NodeFlows {
     pub(super) fn new(
         contacts: &Contacts,
         request: &BudgetRequest,
-        edge: f64,
-        duration: f64,
+        [edge, duration]: [f64; 2],
     ) -> NodeFlows {
         let chosen = chosen(contacts, request);
         let is_low = |m: &usize| at_or_below(*m as f64 / duration, edge);
@@ -343,7 +336,7 @@ impl NodeFlows {
 /// The usual contacts between two sites, and the requested ones.
 fn chosen(contacts: &Contacts, request: &BudgetRequest) -> Vec<usize> {
     let chain = contacts.chain;
-    let joins = |j: &usize| matches!(contacts.sites(j + contacts.offset), [Some(_), Some(_)]);
+    let joins = |j: &usize| matches!(contacts.each[j + contacts.offset].sites, [Some(_), Some(_)]);
     let mut chosen = usual(chain.n_contacts().min(chain.n_sites() - 1));
     chosen.extend(request.between.iter().flatten().filter(|j| joins(j)));
     chosen.sort_unstable();

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::contacts::Contacts;
-use super::modes::{Basis, Modes};
+use super::modes::Basis;
 use super::motion::Motion as Recorded;
 use super::wavenumber::Transfers;
 use crate::analyze::Analysis;
@@ -44,12 +44,12 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
         // The analysis keeps what it knows of the velocities alone.
         return Ok(());
     }
-    let basis = Basis::of(motion.chain.ends);
-    let modes = Modes::new(basis, motion.chain.n_sites());
-    let wavenumbers = modes.wavenumbers(axes.space.step.abs());
+    let transfers = Transfers::new(&contacts, None);
+    let basis = transfers.modes.basis();
+    let wavenumbers = transfers.modes.wavenumbers(axes.space.step.abs());
     let profiles = OfRun {
         motion: *motion,
-        transfers: Transfers::new(&contacts, modes, None, false),
+        transfers,
     };
     let among = answer.since.clone().unwrap_or(0..axes.n_times);
     let time = &axes.time;
@@ -58,9 +58,9 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
         among: among.start..among.end.min(axes.n_times),
         step: wavenumbers.get(1).copied().unwrap_or(f64::NAN),
         // Between fixed ends and around a ring the first mode is a wave; elsewhere one bin is the mean, the next the whole chain.
-        first: match (basis, answer.is_periodic) {
-            (Basis::Standing, _) | (_, true) => 1,
-            (Basis::Fourier, false) => 2,
+        first: match basis == Basis::Standing || answer.is_periodic {
+            true => 1,
+            false => 2,
         },
         period: answer.period / time.step,
         motion: match answer.is_periodic {

@@ -24,6 +24,7 @@ mod in_time;
 pub mod measured;
 mod modes;
 mod motion;
+mod place;
 mod quadrature;
 mod real_space;
 mod request;
@@ -35,7 +36,6 @@ mod sheet;
 mod spectral;
 mod stepped;
 mod sublattices;
-mod tendency;
 mod triads;
 mod units;
 mod waiting;
@@ -54,7 +54,6 @@ pub use result::{
     LargestPassage, Residual, ScaleBudget, WavenumberBudget,
 };
 pub use sheet::ComparedBudgets;
-pub use tendency::{Tendency, TendencyBudget, tendency_budget};
 pub use triads::{Locality, QuadraticLaw, TriadIdentities, Triads, TriadsRequest, chain_triads};
 pub use units::BudgetUnits;
 
@@ -120,9 +119,6 @@ fn run_beside(
                 false => Residual::Undefined("energy passed was not followed inside steps".into()),
             };
             budget.frequency = Some(flow);
-        }
-        if request.views.scale {
-            scale::pass(task, &mut budget)?;
         }
         if request.normal_modes {
             budget.modes = Some(equipartition::pass(task)?);

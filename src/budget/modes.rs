@@ -58,11 +58,10 @@ impl Modes {
             Basis::Standing => 2 * (sites + 1),
         };
         let quarter = PI / length as f64;
+        let turn = |m: usize| Complex::from_polar(1.0, -quarter * m as f64);
         let halfway = match basis {
             Basis::Fourier => Vec::new(),
-            Basis::Standing => (0..=sites)
-                .map(|m| Complex::from_polar(1.0, -quarter * m as f64))
-                .collect(),
+            Basis::Standing => (0..=sites).map(turn).collect(),
         };
         Modes {
             basis,
@@ -86,10 +85,7 @@ impl Modes {
 
     /// Wavenumbers in rad per length, for sites `pitch` apart.
     pub(super) fn wavenumbers(&self, pitch: f64) -> Vec<f64> {
-        let step = match self.basis {
-            Basis::Fourier => 2.0 * PI / self.sites as f64,
-            Basis::Standing => PI / (self.sites + 1) as f64,
-        };
+        let step = 2.0 * PI / self.plan.len() as f64;
         (0..self.len()).map(|m| step * m as f64 / pitch).collect()
     }
 
@@ -117,23 +113,14 @@ impl Modes {
         scratch: &mut ModesScratch,
         out: &mut [Complex<f64>],
     ) {
-        let n = self.sites;
-        match self.basis {
-            Basis::Fourier => self.fourier(row, scratch, out),
-            Basis::Standing => {
-                // The odd continuation: site j is at j + 1.
-                let input = &mut scratch.input;
-                input.fill(0.0);
-                input[1..=n].copy_from_slice(row);
-                for (mirrored, value) in input[n + 2..].iter_mut().rev().zip(row) {
-                    *mirrored = -value;
-                }
-                let scale = (0.5 / (n + 1) as f64).sqrt();
-                self.transform(scratch);
-                for (out, z) in out.iter_mut().zip(&scratch.output) {
-                    *out = Complex::new(-scale * z.im, 0.0);
-                }
-            }
+        if self.basis == Basis::Fourier {
+            return self.fourier(row, scratch, out);
+        }
+        // The odd continuation: site j is at j + 1.
+        self.continued(row, (1, -1.0), scratch);
+        let scale = (0.5 / (self.sites + 1) as f64).sqrt();
+        for (out, z) in out.iter_mut().zip(&scratch.output) {
+            *out = Complex::new(-scale * z.im, 0.0);
         }
     }
 
@@ -144,24 +131,28 @@ impl Modes {
         scratch: &mut ModesScratch,
         out: &mut [Complex<f64>],
     ) {
-        match self.basis {
-            Basis::Fourier => self.fourier(row, scratch, out),
-            Basis::Standing => {
-                // The even continuation: contact i is at i + 1/2.
-                let input = &mut scratch.input;
-                input[..row.len()].copy_from_slice(row);
-                for (mirrored, value) in input.iter_mut().rev().zip(row) {
-                    *mirrored = *value;
-                }
-                let scale = (0.5 / (self.sites + 1) as f64).sqrt();
-                self.transform(scratch);
-                let found = scratch.output.iter().zip(&self.halfway);
-                for (m, (out, (z, turn))) in out.iter_mut().zip(found).enumerate() {
-                    let scale = if m == 0 { scale * 0.5f64.sqrt() } else { scale };
-                    *out = Complex::new(scale * (z * turn).re, 0.0);
-                }
-            }
+        if self.basis == Basis::Fourier {
+            return self.fourier(row, scratch, out);
         }
+        // The even continuation: contact i is at i + 1/2.
+        self.continued(row, (0, 1.0), scratch);
+        let scale = (0.5 / (self.sites + 1) as f64).sqrt();
+        let found = scratch.output.iter().zip(&self.halfway);
+        for (m, (out, (z, turn))) in out.iter_mut().zip(found).enumerate() {
+            let scale = if m == 0 { scale * 0.5f64.sqrt() } else { scale };
+            *out = Complex::new(scale * (z * turn).re, 0.0);
+        }
+    }
+
+    /// Transforms a row from this place on, continued by its mirror image times a sign.
+    fn continued(&self, row: &[f64], (from, sign): (usize, f64), scratch: &mut ModesScratch) {
+        let input = &mut scratch.input;
+        input.fill(0.0);
+        input[from..][..row.len()].copy_from_slice(row);
+        for (mirrored, value) in input.iter_mut().rev().zip(row) {
+            *mirrored = sign * value;
+        }
+        self.transform(scratch);
     }
 
     fn fourier(&self, row: &[f64], scratch: &mut ModesScratch, out: &mut [Complex<f64>]) {
@@ -177,11 +168,19 @@ impl Modes {
 
     fn transform(&self, scratch: &mut ModesScratch) {
         let (input, output) = (&mut scratch.input, &mut scratch.output);
+        let (plan, work) = (&self.plan, &mut scratch.work);
         // The lengths are the plan's own, so this cannot fail.
-        let _ = self
-            .plan
-            .process_with_scratch(input, output, &mut scratch.work);
+        let _ = plan.process_with_scratch(input, output, work);
     }
+}
+
+/// The transform of a row.
+pub(super) fn forward(plan: &dyn RealToComplex<f64>, row: &[f64]) -> Vec<Complex<f64>> {
+    let (mut input, mut output) = (plan.make_input_vec(), plan.make_output_vec());
+    input.copy_from_slice(row);
+    // The lengths are the plan's own, so this cannot fail.
+    let _ = plan.process(&mut input, &mut output);
+    output
 }
 
 #[cfg(test)]

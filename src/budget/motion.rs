@@ -36,16 +36,15 @@ impl<'a> Motion<'a> {
             let expected = "a run that recorded displacements, for the energy of contacts";
             Error::request("record", expected, "none in it")
         })?;
+        let own = run.resonator_displacement.as_ref();
+        let own = own.zip(run.resonator_velocity.as_ref());
         Ok(Motion {
             chain: &run.chain,
             drive: run.drive.as_ref(),
             time: run.time.view(),
             displacement: displacement.view(),
             velocity: run.velocity.view(),
-            resonators: match (&run.resonator_displacement, &run.resonator_velocity) {
-                (Some(y), Some(w)) => Some([y.view(), w.view()]),
-                _ => None,
-            },
+            resonators: own.map(|(y, w)| [y.view(), w.view()]),
             energy_passed: run.energy_passed.as_ref(),
             energy_lost: run.energy_lost.as_ref(),
             energy_input: run.energy_input.as_ref().map(|input| input.view()),
@@ -91,20 +90,15 @@ impl<'a> Motion<'a> {
     pub(super) fn check(&self) -> Result<()> {
         self.chain.check()?;
         let samples = self.samples();
-        if samples < 2 {
-            return Err(Error::request("samples", "2 or more", samples));
-        }
+        Error::require(samples >= 2, "samples", "2 or more", samples)?;
         let step = self.step();
         let even =
             |(i, t): (usize, &f64)| (t - self.time[0] - step * i as f64).abs() <= 1e-6 * step;
-        if !(step > 0.0 && self.time.iter().enumerate().all(even)) {
-            let expected = "rising, evenly spaced times";
-            return Err(Error::request("time", expected, "others"));
-        }
-        if self.resonators.is_some() != self.chain.resonators().is_some() {
-            let expected = "the motion of resonators for a chain that has them, and for no other";
-            return Err(Error::request("resonators", expected, "otherwise"));
-        }
+        let even = step > 0.0 && self.time.iter().enumerate().all(even);
+        Error::require(even, "time", "rising, evenly spaced times", "others")?;
+        let are_its_own = self.resonators.is_some() == self.chain.resonators().is_some();
+        let expected = "the motion of resonators for a chain that has them, and for no other";
+        Error::require(are_its_own, "resonators", expected, "otherwise")?;
         let (n, m) = (self.chain.n_sites(), self.chain.n_contacts());
         let [y, w] = self.resonators.map_or([None; 2], |both| both.map(Some));
         let followed = |array: Option<&'a Array2<f64>>| array.map(|array| array.view());
@@ -119,13 +113,12 @@ impl<'a> Motion<'a> {
             ("resonator_velocity", w, n, true),
         ] {
             let Some(array) = array else { continue };
-            if array.dim() != (samples, columns) {
-                let expected = format!("the shape {:?}", (samples, columns));
-                return Err(Error::request(name, expected, format!("{:?}", array.dim())));
-            }
-            if is_motion && array.rows().into_iter().any(|row| row.to_slice().is_none()) {
-                return Err(Error::request(name, "rows in order in memory", "others"));
-            }
+            let (expected, found) = ((samples, columns), array.dim());
+            let shape = format!("the shape {expected:?}");
+            Error::require(found == expected, name, shape, format!("{found:?}"))?;
+            let is_row = |row: ArrayView1<f64>| row.to_slice().is_some();
+            let in_order = !is_motion || array.rows().into_iter().all(is_row);
+            Error::require(in_order, name, "rows in order in memory", "others")?;
             if let Some(value) = array.iter().find(|x| is_motion && !x.is_finite()) {
                 return Err(Error::request(name, "finite values", value));
             }

@@ -9,7 +9,7 @@ use std::ops::Range;
 use super::balance::{RunningBalance, add};
 use super::contacts::{ContactState, Contacts};
 use super::motion::Motion;
-use crate::chain::{Chain, Ends, NodeState};
+use crate::chain::{Ends, NodeState};
 
 /// Energies and rates at one instant.
 #[derive(Debug, Clone, Default)]
@@ -64,58 +64,25 @@ impl SiteTerms {
         }
         flux.clear();
         flux.resize(m, 0.0);
-        // Contacts of neighbours first; then those at the ends.
-        let inner = m.min(at.v.len() - 1);
-        let joined = offset..offset + inner;
-        let [elastic, damping, closing, held] = [
-            &state.elastic,
-            &state.damping,
-            &state.closing,
-            &state.energy,
-        ]
-        .map(|row| row[joined.clone()].iter());
-        let forces = elastic.zip(damping.clone());
-        for ((flux, v), (elastic, damping)) in flux.iter_mut().zip(at.v.windows(2)).zip(forces) {
-            *flux = 0.5 * (elastic + damping) * (v[0] + v[1]);
-        }
-        share(held.copied(), energy);
-        if chain.losses.any() {
-            share(damping.zip(closing).map(|(d, closing)| d * closing), loss);
-        }
-        for i in (0..offset).chain(inner + offset..contacts.len()) {
+        // That with a wall before site 0 comes last.
+        for i in (offset..contacts.each.len()).chain(0..offset) {
             let heat = state.damping[i] * state.closing[i];
             let force = state.elastic[i] + state.damping[i];
-            match contacts.sites(i) {
-                [Some(left), Some(right)] => {
-                    for site in [left, right] {
-                        self.energy[site] += 0.5 * state.energy[i];
-                        self.loss[site] += 0.5 * heat;
-                    }
-                    self.flux[i - offset] = 0.5 * force * (at.v[left] + at.v[right]);
-                }
-                [left, right] => {
-                    if let Some(site) = left.or(right) {
-                        self.energy[site] += state.energy[i];
-                        self.loss[site] += heat;
-                    }
-                    if left.is_none() {
-                        self.input += force * state.wall_velocity;
-                        self.wall_heat = state.damping[i] * state.wall_velocity;
-                    }
-                }
+            let sites = contacts.each[i].sites;
+            if let [Some(left), Some(right)] = sites {
+                flux[i - offset] = 0.5 * force * (at.v[left] + at.v[right]);
+            }
+            let share = if sites.contains(&None) { 1.0 } else { 0.5 };
+            for site in sites.into_iter().flatten() {
+                energy[site] += share * state.energy[i];
+                loss[site] += share * heat;
+            }
+            if sites[0].is_none() {
+                self.input += force * state.wall_velocity;
+                self.wall_heat = state.damping[i] * state.wall_velocity;
             }
         }
         self.input += state.push * at.v.get(contacts.pushed()).copied().unwrap_or(0.0);
-    }
-}
-
-/// Gives half of what each contact between neighbours has to either site.
-fn share(contacts: impl Iterator<Item = f64> + Clone, sites: &mut [f64]) {
-    for (right, value) in sites[1..].iter_mut().zip(contacts.clone()) {
-        *right += 0.5 * value;
-    }
-    for (left, value) in sites.iter_mut().zip(contacts) {
-        *left += 0.5 * value;
     }
 }
 
@@ -130,16 +97,6 @@ pub(super) struct Exchanged {
 }
 
 impl Exchanged {
-    /// Of a chain at its first sample.
-    pub(super) fn none(chain: &Chain) -> Exchanged {
-        let lossy = if chain.is_lossy() { chain.n_sites() } else { 0 };
-        Exchanged {
-            passed: vec![0.0; chain.n_contacts()],
-            lost: vec![0.0; lossy],
-            input: 0.0,
-        }
-    }
-
     /// Adds a node of a quadrature.
     pub(super) fn add(&mut self, weight: f64, rates: &SiteTerms) {
         add(&mut self.passed, weight, &rates.flux);
@@ -171,6 +128,7 @@ pub(super) struct SiteBalance {
     periodic: bool,
     /// The site at which a drive puts energy in.
     driven: usize,
+    pub(super) exchanged: Exchanged,
     kept: Vec<f64>,
     balance: RunningBalance,
 }
@@ -181,42 +139,41 @@ impl SiteBalance {
         sites: Range<usize>,
         contacts: &Contacts,
     ) -> SiteBalance {
+        let chain = contacts.chain;
+        let lossy = if chain.is_lossy() { chain.n_sites() } else { 0 };
         SiteBalance {
             times,
             sites,
             driven: contacts.pushed(),
-            periodic: contacts.chain.ends == Ends::Periodic,
+            periodic: chain.ends == Ends::Periodic,
+            exchanged: Exchanged {
+                passed: vec![0.0; chain.n_contacts()],
+                lost: vec![0.0; lossy],
+                input: 0.0,
+            },
             kept: Vec::new(),
             balance: RunningBalance::default(),
         }
     }
 
     /// Adds sample i.
-    pub(super) fn follow(&mut self, i: usize, energy: &[f64], now: &Exchanged) {
+    pub(super) fn compare(&mut self, i: usize, energy: &[f64]) {
         if !self.times.contains(&i) {
             return;
         }
-        let (sites, kept) = (self.sites.clone(), &mut self.kept);
+        let (kept, now) = (&mut self.kept, &self.exchanged);
+        let around = match self.periodic {
+            true => now.passed[now.passed.len() - 1],
+            false => 0.0,
+        };
         kept.clear();
-        kept.extend_from_slice(&energy[sites.clone()]);
-        // The contact right of each site, then the one left of it.
-        let right = sites.start..sites.end.min(now.passed.len());
-        add(kept, 1.0, &now.passed[right]);
-        match sites.start.checked_sub(1) {
-            Some(left) => add(kept, -1.0, &now.passed[left..sites.end - 1]),
-            None => {
-                add(&mut kept[1..], -1.0, &now.passed[..sites.end - 1]);
-                if self.periodic {
-                    kept[0] -= now.passed[now.passed.len() - 1];
-                }
-            }
-        }
-        if sites.contains(&self.driven) {
-            kept[self.driven - sites.start] -= now.input;
-        }
-        if !now.lost.is_empty() {
-            add(kept, 1.0, &now.lost[sites]);
-        }
+        kept.extend(self.sites.clone().map(|j| {
+            let right = now.passed.get(j).copied().unwrap_or(0.0);
+            let left = j.checked_sub(1).map_or(around, |left| now.passed[left]);
+            let input = if j == self.driven { now.input } else { 0.0 };
+            let lost = now.lost.get(j).copied().unwrap_or(0.0);
+            energy[j] + right - left - input + lost
+        }));
         self.balance.compare(kept);
     }
 

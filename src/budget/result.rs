@@ -295,13 +295,6 @@ impl Residual {
             Residual::Undefined(_) => None,
         }
     }
-
-    pub fn reason(&self) -> Option<&str> {
-        match self {
-            Residual::Closed(_) => None,
-            Residual::Undefined(reason) => Some(reason),
-        }
-    }
 }
 
 /// How integrals over time are computed.

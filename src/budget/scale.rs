@@ -9,12 +9,12 @@
 use std::ops::Range;
 
 use super::Task;
-use super::balance::{RunningBalance, add, worst_of};
+use super::balance::add;
 use super::contacts::Contacts;
 use super::filter::{Filter, ScaleOf};
 use super::request::BudgetRequest;
 use super::result::{Budget, Residual, ScaleBudget};
-use super::scale_terms::{ScaleScratch, ScaleTerms};
+use super::scale_terms::ScaleTerms;
 use super::sublattices::Sublattices;
 use super::waiting::Waiting;
 use crate::arrays::LargeArray;
@@ -26,82 +26,75 @@ use crate::numeric::sum;
 /// Longest unit cell tried, in sites.
 const LONGEST_CELL: usize = 8;
 
-/// Adds the budget over scales to `budget`, or why the chain has none.
-pub(super) fn pass(task: &Task, budget: &mut Budget) -> Result<()> {
-    let (motion, request, observer) = (task.motion, task.request, task.observer);
-    let scales = match Scales::new(task.contacts, task.stated, request) {
-        Ok(scales) => scales,
+/// The scales of a budget, or why the chain has none.
+///
+/// # Errors
+/// As [`Scales::new`], of scales or a filter that were asked for.
+pub(super) fn planned<'a>(task: &Task<'a, '_>, budget: &mut Budget) -> Result<Option<Scales<'a>>> {
+    let request = task.request;
+    match Scales::new(task.contacts, task.stated, request) {
+        Ok(scales) => Ok(Some(scales)),
         Err(Error::Request {
             expected, found, ..
         }) if request.scales.is_empty() && request.filter != Filter::Sharp => {
-            budget.closure.scale =
-                Residual::Undefined(format!("expected {expected}, found {found}"));
-            return Ok(());
+            let reason = format!("expected {expected}, found {found}");
+            budget.closure.scale = Residual::Undefined(reason);
+            Ok(None)
         }
-        Err(error) => return Err(error),
-    };
-    let count = scales.scales.len();
-    let (samples, m) = (motion.samples(), budget.n_contacts);
-    let mapped = mapped(&scales, request.map_scale);
-    let mut waiting = Waiting::new(task.sink);
-    let shown = Some(Keep::Extreme);
-    waiting.reserve(LargeArray::SCALE_FLUX, (samples, m), shown)?;
-    waiting.reserve(LargeArray::SCALE_FLUX_IN_TIME, (samples, count), None)?;
-    let mut balances = vec![RunningBalance::default(); count];
-    let mut integrated = vec![0.0; count];
-    // Undefined where the filter reaches an end.
-    let mut row = vec![f64::NAN; m];
-    observer.stage("scales", samples as u64);
-    waiting.each_sample(
-        samples,
-        observer,
-        vec![ScaleTerms::default(); count],
-        ScaleScratch::default,
-        |scratch, i, found| {
-            scales.load(motion.at(i), scratch);
-            for (planned, terms) in scales.scales.iter().zip(found) {
-                scales.terms(planned, scratch, terms);
-            }
-        },
-        |waiting, i, found| {
-            let halves = motion.halves(i);
-            let sums: Vec<f64> = found.iter().map(|terms| sum(&terms.flux)).collect();
-            add(&mut integrated, halves[0] + halves[1], &sums);
-            for (balance, terms) in balances.iter_mut().zip(found) {
-                balance.sample(halves, &terms.energy_rate, &terms.energy);
-            }
-            row[scales.scales[mapped].contacts.clone()].copy_from_slice(&found[mapped].flux);
-            waiting.push(LargeArray::SCALE_FLUX, &row);
-            waiting.push(LargeArray::SCALE_FLUX_IN_TIME, &sums);
-        },
-    )?;
-    let worst: Vec<f64> = balances.iter().map(RunningBalance::worst).collect();
-    budget.closure.scale = budget.relative(worst_of(0.0, &worst));
-    let units = &budget.units;
-    let (time, place) = (units.time(), units.position());
-    let time = (&*time, budget.time[0], motion.step());
-    let place = (&*place, 0.5 * budget.pitch, budget.pitch);
-    let label = units.power("scale flux Π_l");
-    let of_all = |planned: &PlannedFilter| [planned.contacts.start, planned.contacts.end];
-    budget.scales = Some(ScaleBudget {
-        scales: scales.scales.iter().map(|planned| planned.of).collect(),
-        contacts: scales.scales.iter().map(of_all).collect(),
-        integrated_flux: integrated,
-        map_scale: scales.scales[mapped].of.scale,
-        flux_map: Some(waiting.map(LargeArray::SCALE_FLUX, label, time, place)),
-        residual: worst
-            .iter()
-            .map(|worst| Some(worst / budget.scale))
-            .collect(),
-    });
-    Ok(())
+        Err(error) => Err(error),
+    }
+}
+
+impl Scales<'_> {
+    /// A budget before its first sample.
+    pub(super) fn budget(&self) -> ScaleBudget {
+        let of_all = |planned: &PlannedFilter| [planned.contacts.start, planned.contacts.end];
+        ScaleBudget {
+            scales: self.scales.iter().map(|planned| planned.of).collect(),
+            contacts: self.scales.iter().map(of_all).collect(),
+            integrated_flux: vec![0.0; self.scales.len()],
+            map_scale: self.scales[self.mapped].of.scale,
+            flux_map: None,
+            residual: Vec::new(),
+        }
+    }
+
+    /// Announces the arrays of so many samples.
+    pub(super) fn reserve(&self, samples: usize, waiting: &mut Waiting) -> Result<()> {
+        let (m, count) = (self.contacts.chain.n_contacts(), self.scales.len());
+        let shown = Some(Keep::Extreme);
+        waiting.reserve(LargeArray::SCALE_FLUX, (samples, m), shown)?;
+        waiting.reserve(LargeArray::SCALE_FLUX_IN_TIME, (samples, count), None)
+    }
+
+    /// Adds the next sample, of this weight.
+    pub(super) fn take_in(
+        &self,
+        weight: f64,
+        terms: &[ScaleTerms],
+        budget: &mut ScaleBudget,
+        waiting: &mut Waiting,
+    ) {
+        let sums: Vec<f64> = terms.iter().map(|terms| sum(&terms.flux)).collect();
+        add(&mut budget.integrated_flux, weight, &sums);
+        // Undefined where the filter reaches an end.
+        let mut row = vec![f64::NAN; self.contacts.chain.n_contacts()];
+        row[self.scales[self.mapped].contacts.clone()].copy_from_slice(&terms[self.mapped].flux);
+        waiting.push(LargeArray::SCALE_FLUX, &row);
+        waiting.push(LargeArray::SCALE_FLUX_IN_TIME, &sums);
+    }
+
+    /// The one that is mapped.
+    pub(super) fn mapped(&self) -> &[PlannedFilter] {
+        &self.scales[self.mapped..=self.mapped]
+    }
 }
 
 /// The scale that is mapped: the nearest to the requested one, else the middle one.
-fn mapped(scales: &Scales, asked: Option<f64>) -> usize {
-    let count = scales.scales.len();
+fn mapped(scales: &[PlannedFilter], asked: Option<f64>) -> usize {
+    let count = scales.len();
     let nearest = asked.and_then(|asked| {
-        let off = |i: &usize| (scales.scales[*i].of.scale / asked).ln().abs();
+        let off = |i: &usize| (scales[*i].of.scale / asked).ln().abs();
         (0..count).min_by(|a, b| off(a).total_cmp(&off(b)))
     });
     nearest.unwrap_or((count - 1) / 2)
@@ -111,6 +104,7 @@ fn mapped(scales: &Scales, asked: Option<f64>) -> usize {
 pub(super) struct Scales<'a> {
     pub(super) contacts: &'a Contacts<'a>,
     pub(super) scales: Vec<PlannedFilter>,
+    mapped: usize,
     pub(super) sublattices: Sublattices,
 }
 
@@ -146,15 +140,12 @@ impl<'a> Scales<'a> {
             Error::request("scale", expected, "a chain that does not repeat")
         })?;
         let periodic = chain.ends == Ends::Periodic;
-        if filter == Filter::Sharp && !periodic {
-            let expected =
-                "`gaussian` or `box` on a chain with ends, through which `sharp` reaches";
-            return Err(Error::request("filter", expected, "sharp"));
-        }
-        if periodic && !n.is_multiple_of(cell) {
-            let found = format!("{n} sites in cells of {cell}");
-            return Err(Error::request("scale", "a ring of whole cells", found));
-        }
+        let ends_inside = filter != Filter::Sharp || periodic;
+        let expected = "`gaussian` or `box` on a chain with ends, through which `sharp` reaches";
+        Error::require(ends_inside, "filter", expected, "sharp")?;
+        let whole = !periodic || n.is_multiple_of(cell);
+        let found = format!("{n} sites in cells of {cell}");
+        Error::require(whole, "scale", "a ring of whole cells", found)?;
         let cells = n.div_ceil(cell);
         let length = pitch * cell as f64;
         // Checked before weights are computed: a filter longer than the chain does not fit.
@@ -206,11 +197,11 @@ impl<'a> Scales<'a> {
             );
             return Err(Error::request("scale", expected, format!("{cells} cells")));
         }
-        if scales.is_empty() {
-            let expected = "a chain longer than the reach of the smallest filter";
-            return Err(Error::request("scale", expected, format!("{cells} cells")));
-        }
+        let expected = "a chain longer than the reach of the smallest filter";
+        let found = format!("{cells} cells");
+        Error::require(!scales.is_empty(), "scale", expected, found)?;
         Ok(Scales {
+            mapped: mapped(&scales, request.map_scale),
             scales,
             contacts,
             sublattices,
@@ -228,9 +219,8 @@ fn unit_cell(chain: &Chain) -> Option<usize> {
     }
     let laws = [&chain.law].into_iter();
     let laws = laws.chain(ground.map(|ground| &ground.law));
-    let laws: Vec<usize> = laws
-        .map(|laws| laws.only().map_or(laws.each().len(), |_| 1))
-        .collect();
+    let laws = laws.map(|laws| laws.only().map_or(laws.each().len(), |_| 1));
+    let laws: Vec<usize> = laws.collect();
     (1..=LONGEST_CELL).find(|&cell| {
         rows.iter().all(|row| chain.cell(row, cell, 0.0).is_some())
             && laws.iter().all(|laws| cell.is_multiple_of(*laws))
@@ -239,8 +229,6 @@ fn unit_cell(chain: &Chain) -> Option<usize> {
 
 /// Default scales in cells: from 2, in ratios of `sqrt(2)`, up to half the chain.
 fn default_scales(cells: usize) -> impl Iterator<Item = f64> {
-    let scale = |i: i32| 2.0 * 2f64.powf(0.5 * f64::from(i));
-    (0..)
-        .map(scale)
-        .take_while(move |l| *l <= 0.5 * cells as f64)
+    let scales = (0..).map(|i: i32| 2.0 * 2f64.powf(0.5 * f64::from(i)));
+    scales.take_while(move |l| *l <= 0.5 * cells as f64)
 }

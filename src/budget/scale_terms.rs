@@ -11,7 +11,6 @@ use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 /// Scratch of one thread.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ScaleScratch {
-    pub(super) contacts: ContactState,
     /// Force, overlap, velocity; damping, push, displacement, force of the ground, motion of resonators where there are any.
     rows: Filtered,
     /// Elastic force plus damping of each contact, and the forces on each site from outside and of its spring to the ground.
@@ -35,9 +34,8 @@ pub(super) struct ScaleTerms {
 
 impl Scales<'_> {
     /// Transforms the state of one instant, for [`Scales::terms`] at every scale.
-    pub(super) fn load(&self, at: NodeState, scratch: &mut ScaleScratch) {
-        let (state, [force, push, ground]) = (&mut scratch.contacts, &mut scratch.at_places);
-        self.contacts.evaluate(at, state);
+    pub(super) fn load(&self, at: NodeState, state: &ContactState, scratch: &mut ScaleScratch) {
+        let [force, push, ground] = &mut scratch.at_places;
         let inside = self.contacts.offset..;
         let [elastic, overlap, damping] =
             [&state.elastic, &state.overlap, &state.damping].map(|row| &row[inside.clone()]);
@@ -74,14 +72,14 @@ impl Scales<'_> {
         &self,
         planned: &PlannedFilter,
         at: NodeState,
-        scratch: &mut ScaleScratch,
+        rows: &mut Filtered,
     ) -> [Vec<f64>; 3] {
-        let (state, rows) = (&mut scratch.contacts, &mut scratch.rows);
-        self.contacts.evaluate(at, state);
-        let acceleration = self.contacts.accelerations(at, state);
-        let contacts = self.contacts.offset..self.contacts.len();
+        let mut state = ContactState::default();
+        self.contacts.evaluate(at, &mut state);
+        let acceleration = self.contacts.accelerations(at, &state);
+        let contacts = self.contacts.offset..self.contacts.each.len();
         let apart = [at.x, at.v, &acceleration].map(|values| -> Vec<f64> {
-            let apart = |i| self.contacts.contact(i).across(values, 0.0);
+            let apart = |i: usize| self.contacts.each[i].across(values, 0.0);
             contacts.clone().map(apart).collect()
         });
         let [a, b, c] = &apart;
@@ -118,7 +116,7 @@ impl Scales<'_> {
             row.resize(m + 1, 0.0);
         }
         let [energy, passes, taken] = at_sites;
-        let inside = self.contacts.offset..self.contacts.len();
+        let inside = self.contacts.offset..self.contacts.each.len();
         let out = [&mut law_force[..], &mut energy[1..]];
         self.contacts
             .forces_and_energies(inside, &overlap[..m], out);
@@ -216,9 +214,8 @@ impl SimdKernel for Powers<'_> {
         }
         let beside = self.sites.start..self.sites.end + 1;
         let [held, passes, taken] = [held, passes, taken].map(|row| row[beside.clone()].windows(2));
-        let sites = self.mass[self.sites.clone()]
-            .iter()
-            .zip(&self.speed[self.sites]);
+        let masses = self.mass[self.sites.clone()].iter();
+        let sites = masses.zip(&self.speed[self.sites]);
         let out = self.energy.iter_mut().zip(self.rate);
         for ((energy, rate), ((mass, speed), (held, (passes, taken)))) in
             out.zip(sites.zip(held.zip(passes.zip(taken))))

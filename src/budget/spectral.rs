@@ -1,6 +1,6 @@
 //! The wavenumber budget over time: spectra, flux, its integral, and whether it balances.
 
-use super::balance::{GivenRate, Passage, running};
+use super::balance::{Passage, running};
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::{BranchBudget, Budget, Identities, Integration, WavenumberBudget};
@@ -9,14 +9,12 @@ use super::wavenumber::{Terms, Transfers};
 use crate::arrays::LargeArray;
 use crate::diagnostics::{Keep, edge_of};
 use crate::error::Result;
-use crate::numeric::{count_at_or_below, sum};
+use crate::numeric::{count_at_or_below, sum, sum_of};
 
 pub(super) struct Spectral {
     budget: WavenumberBudget,
     edge_asked: Option<f64>,
-    passage: Passage,
     flux: Vec<f64>,
-    moments: Vec<f64>,
     identities: Identities,
 }
 
@@ -56,9 +54,7 @@ impl Spectral {
         }
         Ok(Spectral {
             edge_asked: request.band_edge_wavenumber,
-            passage: Passage::new(GivenRate::Balance, samples, count),
             flux: Vec::new(),
-            moments: Vec::new(),
             identities: Identities {
                 loss_sum: lossy.then_some(0.0),
                 ..Identities::default()
@@ -73,28 +69,21 @@ impl Spectral {
         })
     }
 
-    /// Adds sample i of these weights in time, whose energy and dissipation are known from its sites.
+    /// Adds the next sample, by which so much has passed, and whose energy and dissipation are known from its sites.
     pub(super) fn take_in(
         &mut self,
-        i: usize,
-        [before, behind]: [f64; 2],
         terms: &Terms,
+        passed: &[f64],
         [total, dissipation]: [f64; 2],
         waiting: &mut Waiting,
     ) {
         self.check_identities(terms, total, dissipation);
-        self.passage.add(before, terms);
-        let integrated = self.passage.sample(i, &terms.energy);
-        waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, integrated);
-        self.passage.add(behind, terms);
         let energy = &terms.energy;
         let (budget, flux) = (&mut self.budget, &mut self.flux);
         if budget.edge.is_nan() {
             // The first sample with energy settles it.
-            let edge = self
-                .edge_asked
-                .or_else(|| edge_of(energy, &budget.wavenumber));
-            budget.edge = edge.unwrap_or(f64::NAN);
+            let found = || edge_of(energy, &budget.wavenumber);
+            budget.edge = self.edge_asked.or_else(found).unwrap_or(f64::NAN);
         }
         let bins = count_at_or_below(&budget.wavenumber, budget.edge);
         running(flux, terms.transfer.iter().map(|transfer| -transfer));
@@ -103,16 +92,15 @@ impl Spectral {
         budget.edge_flux.push(past);
         // The mean of k over the energy, `k = 0` left out.
         let (waves, wavenumber) = (&energy[1..], &budget.wavenumber[1..]);
-        self.moments.clear();
-        self.moments
-            .extend(waves.iter().zip(wavenumber).map(|(e, k)| e * k));
-        budget.centroid.push(sum(&self.moments) / sum(waves));
+        let moments = waves.iter().zip(wavenumber).map(|(e, k)| e * k);
+        budget.centroid.push(sum_of(moments) / sum(waves));
         if let (Some(branches), Some(split)) = (&mut budget.branches, &terms.split) {
             branches.optical_energy.push(sum(&split.optical_energy));
             branches.optical_transfer.push(split.optical_transfer);
             waiting.push(LargeArray::ACOUSTIC_SPECTRUM, &split.acoustic_energy);
             waiting.push(LargeArray::OPTICAL_SPECTRUM, &split.optical_energy);
         }
+        waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, passed);
         for (array, row) in [
             (LargeArray::ENERGY_SPECTRUM, energy),
             (LargeArray::TRANSFER, &terms.transfer),
@@ -142,7 +130,13 @@ impl Spectral {
     }
 
     /// Puts what was found into `into`. `time`: label, first and step of the axis.
-    pub(super) fn finish(self, time: (&str, f64, f64), waiting: &mut Waiting, into: &mut Budget) {
+    pub(super) fn finish(
+        self,
+        passage: Passage,
+        time: (&str, f64, f64),
+        waiting: &mut Waiting,
+        into: &mut Budget,
+    ) {
         let mut budget = self.budget;
         let k = into.units.wavenumber();
         let k = (&*k, 0.0, budget.wavenumber.get(1).copied().unwrap_or(1.0));
@@ -151,6 +145,6 @@ impl Spectral {
         let label = into.units.power("flux Π(k)");
         budget.flux_map = waiting.map(LargeArray::SPECTRAL_FLUX, label, time, k);
         into.closure.identities = self.identities;
-        self.passage.finish(budget, into);
+        passage.finish(budget, into);
     }
 }

@@ -73,11 +73,9 @@ impl Sublattices {
         for buffer in [&mut scratch.weighted, &mut scratch.pairs] {
             buffer.resize(transformed.len(), zero);
         }
-        let least = self
-            .forward
-            .get_inplace_scratch_len()
-            .max(self.inverse.get_outofplace_scratch_len());
-        work.resize(least, zero);
+        let forward = self.forward.get_inplace_scratch_len();
+        let inverse = self.inverse.get_outofplace_scratch_len();
+        work.resize(forward.max(inverse), zero);
         self.forward.process_with_scratch(transformed, work);
     }
 

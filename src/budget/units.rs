@@ -27,10 +27,8 @@ impl BudgetUnits {
     }
 
     pub(crate) fn position(&self) -> String {
-        match &self.length {
-            Some(unit) => label("position", unit),
-            None => "position (sites)".into(),
-        }
+        let length = self.length.as_ref();
+        length.map_or("position (sites)".into(), |unit| label("position", unit))
     }
 
     fn per_length(&self) -> String {

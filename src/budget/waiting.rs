@@ -90,10 +90,8 @@ impl<'a> Waiting<'a> {
         let mut found = vec![blank; BATCH.min(samples)];
         for batch in pieces(samples, BATCH) {
             observer.go_on()?;
-            found
-                .par_iter_mut()
-                .zip(batch.clone())
-                .for_each_init(&scratch, |scratch, (found, i)| evaluate(scratch, i, found));
+            let places = found.par_iter_mut().zip(batch.clone());
+            places.for_each_init(&scratch, |scratch, (found, i)| evaluate(scratch, i, found));
             for (found, i) in found.iter().zip(batch.clone()) {
                 keep(self, i, found);
             }

@@ -14,8 +14,8 @@ use num_complex::Complex;
 
 use super::branches::{BranchSplit, Branches};
 use super::contacts::{ContactState, Contacts};
-use super::modes::{Modes, ModesScratch};
-use crate::chain::NodeState;
+use super::modes::{Basis, Modes, ModesScratch};
+use crate::chain::{Chain, NodeState};
 
 /// Constants used at every instant.
 pub(super) struct Transfers<'a> {
@@ -25,7 +25,6 @@ pub(super) struct Transfers<'a> {
     /// Number of wavenumbers that a component counts.
     weights: Vec<f64>,
     lossy: bool,
-    driven: bool,
     pub(super) branches: Option<Branches>,
 }
 
@@ -54,32 +53,24 @@ struct Square {
 #[derive(Debug, Clone)]
 pub(super) struct TransferScratch {
     modes: ModesScratch,
-    row: Vec<f64>,
     /// Squares of the sizes that transfers are differences of.
     size: Vec<f64>,
-    pub(super) contacts: ContactState,
-    /// Of the motion of sites, of contacts, then of [`Transfers::springs`].
+    /// Of [`Transfers::rows`].
     squares: Vec<Square>,
-    springs: Vec<[Vec<f64>; 2]>,
     other: Vec<Complex<f64>>,
 }
 
 impl<'a> Transfers<'a> {
-    /// With `branches`, spectra are split into them.
-    pub(super) fn new(
-        contacts: &'a Contacts<'a>,
-        modes: Modes,
-        branches: Option<Branches>,
-        driven: bool,
-    ) -> Transfers<'a> {
+    /// Spectra are split into the branches that the chain `stated` has.
+    pub(super) fn new(contacts: &'a Contacts<'a>, stated: Option<&Chain>) -> Transfers<'a> {
         let chain = contacts.chain;
+        let modes = Modes::new(Basis::of(chain.ends), chain.n_sites());
         Transfers {
-            branches,
+            branches: stated.and_then(|stated| Branches::of(stated, &modes)),
             contacts,
             root_mass: chain.mass.iter().map(|m| m.sqrt()).collect(),
             weights: (0..modes.len()).map(|m| modes.weight(m)).collect(),
             lossy: chain.is_lossy(),
-            driven,
             modes,
         }
     }
@@ -96,19 +87,18 @@ impl<'a> Transfers<'a> {
         };
         TransferScratch {
             modes: self.modes.scratch(),
-            row: Vec::new(),
             size: Vec::new(),
-            contacts: ContactState::default(),
             squares: (0..2 + springs).map(square).collect(),
-            springs: Vec::new(),
             other: line(),
         }
     }
 
     /// `E(k)` alone.
     pub(super) fn energies(&self, at: NodeState) -> Vec<f64> {
-        let mut scratch = self.scratch();
-        self.load_roots(at, &mut scratch);
+        let (mut scratch, mut state) = (self.scratch(), ContactState::default());
+        self.contacts.evaluate(at, &mut state);
+        self.contacts.evaluate_roots(&mut state);
+        self.load(at, &state, &mut scratch, false);
         let mut energies = vec![0.0; self.modes.len()];
         for Square { factor, root, .. } in &scratch.squares {
             for ((energy, weight), root) in energies.iter_mut().zip(&self.weights).zip(root) {
@@ -118,14 +108,22 @@ impl<'a> Transfers<'a> {
         energies
     }
 
-    /// All terms of the balance. The contacts of `scratch` are those at this instant.
-    pub(super) fn evaluate(&self, at: NodeState, scratch: &mut TransferScratch, terms: &mut Terms) {
-        self.load_roots(at, scratch);
-        self.load_rates(at, scratch);
+    /// All terms of the balance, with the contacts at this instant and the roots of their energies.
+    pub(super) fn evaluate(
+        &self,
+        at: NodeState,
+        state: &ContactState,
+        scratch: &mut TransferScratch,
+        terms: &mut Terms,
+    ) {
+        self.load(at, state, scratch, true);
         let (size, squares) = (&mut scratch.size, &scratch.squares);
-        for row in [&mut terms.energy, &mut terms.transfer, size] {
+        let zero = |row: &mut Vec<f64>| {
             row.clear();
             row.resize(self.modes.len(), 0.0);
+        };
+        for row in [&mut terms.energy, &mut terms.transfer, &mut *size] {
+            zero(row);
         }
         for Square { factor, root, rate } in squares {
             let out = terms.energy.iter_mut().zip(&mut terms.transfer);
@@ -146,149 +144,142 @@ impl<'a> Transfers<'a> {
             branches.split([&sites.root, &sites.rate], [&contacts.root, &contacts.rate])
         });
         if self.lossy {
-            self.losses(at, scratch, &mut terms.loss);
+            zero(&mut terms.loss);
+            self.losses(at, state, scratch, &mut terms.loss);
         }
-        if self.driven {
-            self.inputs(scratch, &mut terms.input);
+        if self.contacts.drive.is_some() {
+            zero(&mut terms.input);
+            self.inputs(state, scratch, &mut terms.input);
         }
     }
 
-    /// Roots of the energies of springs to the ground, of resonators' motions and of their springs, with their rates;
-    /// one value a site.
-    fn springs(&self, at: NodeState) -> Vec<[Vec<f64>; 2]> {
-        let chain = self.contacts.chain;
-        let mut all = Vec::new();
+    /// Rows whose squares are energies, with their rates: of the motion of sites, of contacts, of springs to the ground, of
+    /// resonators' motions and of their springs; one value a site, or a contact.
+    fn rows(&self, at: NodeState, state: &ContactState) -> Vec<[Vec<f64>; 2]> {
+        let (contacts, chain) = (self.contacts, self.contacts.chain);
+        let moving = self.root_mass.iter().zip(at.v);
+        let mut pushed = vec![0.0; at.v.len()];
+        contacts.push_all(&state.elastic, &mut pushed);
+        let slopes = state.phi_slope.iter().zip(&state.closing);
+        let mut growing: Vec<f64> = slopes.map(|(slope, closing)| slope * closing).collect();
+        if contacts.offset == 1 {
+            // The wall's own motion is an input.
+            growing[0] -= state.phi_slope[0] * state.wall_velocity;
+        }
+        let mut springs = Vec::new();
         if let Some(ground) = &chain.on_site.ground {
             let sites = at.x.iter().zip(at.v).enumerate();
             let roots = sites.map(|(j, (x, v))| {
+                pushed[j] -= ground.spring(j).force(*x);
                 let (root, slope) = ground.spring(j).root_energy(*x);
                 (root, slope * v)
             });
-            all.push(<[_; 2]>::from(roots.unzip::<_, _, Vec<f64>, Vec<f64>>()));
+            springs.push(<[_; 2]>::from(roots.unzip::<_, _, Vec<f64>, Vec<f64>>()));
         }
-        if let Some(resonators) = chain.resonators() {
+        if let Some(all) = chain.resonators() {
             let [y, w] = at.resonators;
-            let push = |j: usize| match resonators.mass[j] > 0.0 {
-                true => {
-                    -resonators.force(j, y[j] - at.x[j], 0.0) / (2.0 * resonators.mass[j]).sqrt()
-                }
+            let force = |j: usize| all.force(j, y[j] - at.x[j], 0.0);
+            let each = pushed.iter_mut().enumerate();
+            each.for_each(|(j, f)| *f += force(j));
+            let push = |j: usize| match all.mass[j] > 0.0 {
+                true => -force(j) / (2.0 * all.mass[j]).sqrt(),
                 false => 0.0,
             };
-            let grow = |j: usize| (0.5 * resonators.stiffness[j]).sqrt() * (w[j] - at.v[j]);
-            let [moving, held] = resonators.root_energies(at.x, at.resonators);
-            all.push([moving, (0..y.len()).map(push).collect()]);
-            all.push([held, (0..y.len()).map(grow).collect()]);
+            let grow = |j: usize| (0.5 * all.stiffness[j]).sqrt() * (w[j] - at.v[j]);
+            let [moving, held] = all.root_energies(at.x, at.resonators);
+            springs.push([moving, (0..y.len()).map(push).collect()]);
+            springs.push([held, (0..y.len()).map(grow).collect()]);
         }
+        let rates = pushed.iter().zip(&self.root_mass);
+        let moving = [
+            moving.map(|(root, v)| root * v).collect(),
+            rates.map(|(f, root)| f / root).collect(),
+        ];
+        let mut all = vec![moving, [state.phi.clone(), growing]];
+        all.append(&mut springs);
         all
     }
 
-    fn load_roots(&self, at: NodeState, scratch: &mut TransferScratch) {
-        let (work, state, row) = (&mut scratch.modes, &mut scratch.contacts, &mut scratch.row);
-        let (squares, springs) = (&mut scratch.squares, &mut scratch.springs);
-        self.contacts.evaluate(at, state);
-        self.contacts.evaluate_roots(state);
-        *springs = self.springs(at);
-        row.clear();
-        row.extend(self.root_mass.iter().zip(at.v).map(|(root, v)| root * v));
-        self.modes.of_sites(row, work, &mut squares[0].root);
-        self.modes
-            .of_contacts(&state.phi, work, &mut squares[1].root);
-        for (square, [root, _]) in squares[2..].iter_mut().zip(springs) {
-            self.modes.of_sites(root, work, &mut square.root);
+    /// Transforms the rows, of roots alone or with their rates.
+    fn load(
+        &self,
+        at: NodeState,
+        state: &ContactState,
+        scratch: &mut TransferScratch,
+        with_rates: bool,
+    ) {
+        let rows = self.rows(at, state);
+        for (i, (square, rows)) in scratch.squares.iter_mut().zip(&rows).enumerate() {
+            let rows = &rows[..1 + usize::from(with_rates)];
+            for (row, out) in rows.iter().zip([&mut square.root, &mut square.rate]) {
+                self.transform(i, row, &mut scratch.modes, out);
+            }
         }
     }
 
-    fn load_rates(&self, at: NodeState, scratch: &mut TransferScratch) {
-        let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
-        let (squares, springs) = (&mut scratch.squares, &scratch.springs);
-        let (modes, contacts) = (&self.modes, self.contacts);
-        contacts.push_all(&state.elastic, row);
-        if let Some(ground) = &contacts.chain.on_site.ground {
-            for (j, (f, x)) in row.iter_mut().zip(at.x).enumerate() {
-                *f -= ground.spring(j).force(*x);
-            }
-        }
-        if let Some(all) = contacts.chain.resonators() {
-            let [y, _] = at.resonators;
-            for (j, f) in row.iter_mut().enumerate() {
-                *f += all.force(j, y[j] - at.x[j], 0.0);
-            }
-        }
-        for (f, root) in row.iter_mut().zip(&self.root_mass) {
-            *f /= root;
-        }
-        modes.of_sites(row, work, &mut squares[0].rate);
-        row.clear();
-        let slopes = state.phi_slope.iter().zip(&state.closing);
-        row.extend(slopes.map(|(slope, closing)| slope * closing));
-        if contacts.offset == 1 {
-            // The wall's own motion is an input.
-            row[0] -= state.phi_slope[0] * state.wall_velocity;
-        }
-        modes.of_contacts(row, work, &mut squares[1].rate);
-        for (square, [_, rate]) in squares[2..].iter_mut().zip(springs) {
-            modes.of_sites(rate, work, &mut square.rate);
+    /// Components of a row of square i, of which one is over the contacts.
+    fn transform(&self, i: usize, row: &[f64], work: &mut ModesScratch, out: &mut [Complex<f64>]) {
+        match i {
+            1 => self.modes.of_contacts(row, work, out),
+            _ => self.modes.of_sites(row, work, out),
         }
     }
 
     /// `L(k)`: what dampers and drag take from the sites, and the dashpots of resonators from these.
-    fn losses(&self, at: NodeState, scratch: &mut TransferScratch, loss: &mut Vec<f64>) {
-        let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
-        let (squares, other) = (&scratch.squares, &mut scratch.other);
-        let chain = self.contacts.chain;
-        row.resize(at.v.len(), 0.0);
-        self.contacts.push_all(&state.damping, row);
-        for ((force, root), v) in row.iter_mut().zip(&self.root_mass).zip(at.v) {
-            *force = (*force - chain.losses.drag * v) / root;
-        }
-        let [_, w] = at.resonators;
-        if let Some(all) = chain.resonators() {
-            for (j, (force, root)) in row.iter_mut().zip(&self.root_mass).enumerate() {
-                *force += all.force(j, 0.0, w[j] - at.v[j]) / root;
-            }
-        }
-        self.modes.of_sites(row, work, other);
-        loss.clear();
-        loss.resize(self.weights.len(), 0.0);
-        self.add_power(-1.0, [&squares[0].root, other], loss);
-        if let Some(all) = chain.resonators() {
+    fn losses(
+        &self,
+        at: NodeState,
+        state: &ContactState,
+        scratch: &mut TransferScratch,
+        loss: &mut [f64],
+    ) {
+        let (chain, [_, w]) = (self.contacts.chain, at.resonators);
+        let resonators = chain.resonators();
+        let own = |j: usize| resonators.map_or(0.0, |all| all.force(j, 0.0, w[j] - at.v[j]));
+        let taken = |(j, root): (usize, &f64)| {
+            let damping = self.contacts.push_on(j, &state.damping);
+            (damping - chain.losses.drag * at.v[j]) / root + own(j) / root
+        };
+        let row: Vec<f64> = self.root_mass.iter().enumerate().map(taken).collect();
+        self.add_power(-1.0, 0, &row, scratch, loss);
+        if let Some(all) = resonators {
             let damped = |j: usize| match all.mass[j] > 0.0 {
-                true => all.force(j, 0.0, w[j] - at.v[j]) / all.mass[j].sqrt(),
+                true => own(j) / all.mass[j].sqrt(),
                 false => 0.0,
             };
-            row.clear();
-            row.extend((0..w.len()).map(damped));
-            self.modes.of_sites(row, work, other);
+            let row: Vec<f64> = (0..w.len()).map(damped).collect();
             // The square is the kinetic energy, half of that of `sqrt(m) w`.
-            let moving = &squares[squares.len() - 2].root;
-            self.add_power(SQRT_2, [moving, other], loss);
+            let moving = scratch.squares.len() - 2;
+            self.add_power(SQRT_2, moving, &row, scratch, loss);
         }
     }
 
     /// `I(k)`: the power of the external force, and of a moving wall on its contact.
-    fn inputs(&self, scratch: &mut TransferScratch, input: &mut Vec<f64>) {
-        let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
-        let (squares, other) = (&scratch.squares, &mut scratch.other);
+    fn inputs(&self, state: &ContactState, scratch: &mut TransferScratch, input: &mut [f64]) {
         let pushed = self.contacts.pushed();
-        row.clear();
-        row.resize(self.root_mass.len(), 0.0);
+        let mut row = vec![0.0; self.root_mass.len()];
         row[pushed] = state.push / self.root_mass[pushed];
-        self.modes.of_sites(row, work, other);
-        input.clear();
-        input.resize(self.weights.len(), 0.0);
-        self.add_power(1.0, [&squares[0].root, other], input);
-        row.clear();
-        row.resize(self.contacts.len(), 0.0);
+        self.add_power(1.0, 0, &row, scratch, input);
         if self.contacts.offset == 1 {
+            let mut row = vec![0.0; self.contacts.each.len()];
             row[0] = state.phi_slope[0] * state.wall_velocity;
+            self.add_power(2.0, 1, &row, scratch, input);
         }
-        self.modes.of_contacts(row, work, other);
-        self.add_power(2.0, [&squares[1].root, other], input);
     }
 
-    /// Adds `factor Re(conj(a) b)` of all wavenumbers that a component counts.
-    fn add_power(&self, factor: f64, [a, b]: [&[Complex<f64>]; 2], out: &mut [f64]) {
-        for ((out, weight), (a, b)) in out.iter_mut().zip(&self.weights).zip(a.iter().zip(b)) {
+    /// Adds `factor Re(conj(a) b)` of all wavenumbers that a component counts, a the root of square i, b of this row.
+    fn add_power(
+        &self,
+        factor: f64,
+        i: usize,
+        row: &[f64],
+        scratch: &mut TransferScratch,
+        out: &mut [f64],
+    ) {
+        let (squares, other) = (&scratch.squares, &mut scratch.other);
+        self.transform(i, row, &mut scratch.modes, other);
+        let pairs = squares[i].root.iter().zip(other);
+        for ((out, weight), (a, b)) in out.iter_mut().zip(&self.weights).zip(pairs) {
             *out += factor * weight * dot(*a, *b);
         }
     }

@@ -6,9 +6,9 @@ use std::ops::Range;
 use ndarray::{Array2, s};
 use num_complex::Complex;
 
-use super::lattice::refuse;
+use super::lattice::all_are;
 use super::{Chain, Ends};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::numeric::hermitian::eigenvalues;
 use crate::numeric::{median, sorted};
 
@@ -69,16 +69,12 @@ impl UnitCell {
         if mass.len() != stiffness.len() || !(1..=MOST_BODIES).contains(&mass.len()) {
             let expected = format!("as many masses as stiffnesses, 1 to {MOST_BODIES}");
             let found = format!("{} and {}", mass.len(), stiffness.len());
-            return Err(refuse("dispersion", &expected, found));
+            return Err(Error::request("dispersion", &expected, found));
         }
-        let is_wrong = |value: &&f64| !(value.is_finite() && **value > 0.0);
-        if let Some(value) = mass.iter().chain(&stiffness).find(is_wrong) {
-            return Err(refuse(
-                "dispersion",
-                "masses and stiffnesses above 0",
-                value,
-            ));
-        }
+        let above = ("dispersion", "masses and stiffnesses above 0");
+        all_are(above, mass.iter().chain(&stiffness), |v| {
+            v.is_finite() && v > 0.0
+        })?;
         let none = || vec![0.0; mass.len()];
         Ok(UnitCell {
             ground: none(),
@@ -98,10 +94,8 @@ impl UnitCell {
     pub fn of(chain: &Chain) -> std::result::Result<UnitCell, NoBranches> {
         let stiffness = chain.contacts().map(|contact| contact.stiffness(0.0));
         let stiffness: Vec<f64> = stiffness.collect();
-        if !chain.contacts().all(|contact| contact.has_linear_limit()) {
-            return Err(NoBranches::NoLinearLimit);
-        }
-        if stiffness.iter().any(|k| !(k.is_finite() && *k > 0.0)) {
+        let is_linear = chain.contacts().all(|contact| contact.has_linear_limit());
+        if !is_linear || stiffness.iter().any(|k| !(k.is_finite() && *k > 0.0)) {
             return Err(NoBranches::NoLinearLimit);
         }
         let none = || vec![0.0; chain.n_sites()];
@@ -125,15 +119,9 @@ impl UnitCell {
         let longest = (least.unwrap_or(0) / 2).clamp(1, MOST_BODIES);
         for defects in [0.0, DEFECTS] {
             for period in 1..=longest {
-                let cells = rows.each_ref().map(|row| chain.cell(row, period, defects));
-                if let [
-                    Some(mass),
-                    Some(stiffness),
-                    Some(ground),
-                    Some(own),
-                    Some(tie),
-                ] = cells
-                {
+                let cells = rows.iter().map(|row| chain.cell(row, period, defects));
+                let cells = cells.collect::<Option<Vec<_>>>().map(<[_; 5]>::try_from);
+                if let Some(Ok([mass, stiffness, ground, own, tie])) = cells {
                     return Ok(UnitCell {
                         mass,
                         stiffness,

@@ -3,10 +3,9 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use super::lattice::refuse;
 use super::spline::Spline;
-use crate::Result;
 use crate::numeric::{fresnel_auxiliary, next_uniform};
+use crate::{Error, Result};
 
 /// Sines of which noise is the sum.
 const NOISE_LINES: usize = 128;
@@ -173,18 +172,16 @@ impl Waveform {
         let integrated = |form| ended(form, self.span[1], size).held();
         match &*self.form {
             Form::Sines { sines, .. } => {
-                let sines: Vec<[f64; 3]> = sines
-                    .iter()
-                    .filter(|[_, w, _]| *w != 0.0)
-                    .map(|[a, w, phase]| [a / w, *w, phase - 0.5 * PI])
-                    .collect();
+                let sines = sines.iter().filter(|[_, w, _]| *w != 0.0);
+                let sines = sines.map(|[a, w, phase]| [a / w, *w, phase - 0.5 * PI]);
+                let sines: Vec<[f64; 3]> = sines.collect();
                 let offset: f64 = sines.iter().map(|[a, _, phase]| -a * phase.sin()).sum();
                 Ok(integrated(Form::Sines { offset, sines }))
             }
             Form::Chirp(chirp, 0) => Ok(integrated(Form::Chirp(*chirp, -1))),
             Form::Chirp(..) => {
                 let expected = "a waveform that is no integral of a chirp already";
-                Err(refuse("drive", expected, "one"))
+                Err(Error::request("drive", expected, "one"))
             }
             Form::Spline(spline) => Ok(of_spline(spline.integral(), 0.0).held()),
         }

@@ -49,10 +49,8 @@ impl Checks {
 
     pub(super) fn keep(&mut self, state: &State) {
         let all = &state.v[FIRST_SITE..][..self.sites];
-        let moved = all
-            .iter()
-            .rposition(|v| *v != 0.0)
-            .map_or(0, |last| last + 1);
+        let moved = all.iter().rposition(|v| *v != 0.0);
+        let moved = moved.map_or(0, |last| last + 1);
         self.velocity.push(all[..moved].to_vec());
     }
 
@@ -73,21 +71,16 @@ impl Checks {
 /// differ by `differences` at equally distant times, and the rate of their growth from one to the next. Early differences count as
 /// `least` or more: before a first contact there are none.
 pub(super) fn grown_rounding(differences: &[f64], least: f64, scale: f64) -> [f64; 2] {
-    let Some(last) = differences
-        .len()
-        .checked_sub(1)
-        .filter(|n| *n >= LEAST_PARTS)
-    else {
+    let last = differences.len().checked_sub(1);
+    let Some(last) = last.filter(|n| *n >= LEAST_PARTS) else {
         return [0.0; 2];
     };
     let mut largest = 0.0f64;
-    let so_far: Vec<f64> = differences
-        .iter()
-        .map(|difference| {
-            largest = largest.max(*difference);
-            largest
-        })
-        .collect();
+    let so_far = differences.iter().map(|difference| {
+        largest = largest.max(*difference);
+        largest
+    });
+    let so_far: Vec<f64> = so_far.collect();
     let early = last / 8;
     let saturated = so_far.iter().position(|d| *d >= SATURATED * scale);
     // A rate is read off no less than a quarter of the time.

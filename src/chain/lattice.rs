@@ -3,7 +3,7 @@
 //! `m_j x_j'' = F_{j-1} - F_j`, `F_j = F(delta_j)`, `delta_j = x_j - x_{j+1} + delta0_j`: contact j
 //! joins sites j and j+1, and the last one joins the last site to the fixed wall.
 
-use super::law::{Law, Laws};
+use super::law::{Law, Laws, typed};
 use super::resonators::Resonators;
 use crate::{Error, Result};
 
@@ -360,27 +360,27 @@ impl Chain {
             Ends::Free => n.saturating_sub(1),
             _ => n,
         };
-        if n == 0 || (n < 3 && self.ends == Ends::Periodic) {
-            return Err(refuse("sites", "1 or more, 3 or more if periodic", n));
-        }
-        if self.n_contacts() != contacts {
-            let expected = format!("{contacts} contacts for {n} sites with these ends");
-            return Err(refuse("coefficient", &expected, self.n_contacts()));
-        }
+        let enough = n >= 3 || n > 0 && self.ends != Ends::Periodic;
+        Error::require(enough, "sites", "1 or more, 3 or more if periodic", n)?;
+        let expected = format!("{contacts} contacts for {n} sites with these ends");
+        let found = self.n_contacts();
+        Error::require(found == contacts, "coefficient", expected, found)?;
         let left = match self.ends {
             Ends::Fixed { left_coefficient } => Some(left_coefficient),
             _ => None,
         };
-        above_zero("mass", self.mass.iter())?;
-        above_zero("coefficient", self.coefficient.iter().chain(&left))?;
+        let (above, is_above) = ("finite values above 0", |v: f64| v > 0.0 && v.is_finite());
+        all_are(("mass", above), &self.mass, is_above)?;
+        let coefficients = self.coefficient.iter().chain(&left);
+        all_are(("coefficient", above), coefficients, is_above)?;
         for law in self.law.each() {
             match *law {
-                Law::Power { exponent } if !(exponent >= 1.0 && exponent.is_finite()) => {
-                    return Err(refuse("exponent", "an exponent of 1 or more", exponent));
+                Law::Power { exponent } => {
+                    typed::power(exponent)?;
                 }
-                Law::Spring { alpha, beta } if !(alpha.is_finite() && beta.is_finite()) => {
-                    let found = format!("{alpha}, {beta}");
-                    return Err(refuse("law", "finite alpha and beta", found));
+                Law::Spring { alpha, beta } => {
+                    let finite = ("law", "finite alpha and beta");
+                    all_are(finite, [&alpha, &beta], f64::is_finite)?;
                 }
                 _ => {}
             }
@@ -394,16 +394,16 @@ impl Chain {
         ] {
             not_negative(name, [&value])?;
         }
-        if self.on_site.gravity > 0.0 && !matches!(self.ends, Ends::Wall | Ends::Fixed { .. }) {
-            let expected = "ends with a wall after the last site, which carries the weight";
-            return Err(refuse("gravity", expected, "others"));
+        let held =
+            self.on_site.gravity == 0.0 || matches!(self.ends, Ends::Wall | Ends::Fixed { .. });
+        let expected = "ends with a wall after the last site, which carries the weight";
+        Error::require(held, "gravity", expected, "others")?;
+        if let Some(all) = self.resonators() {
+            all.check(n)?;
         }
-        self.check_resonators()?;
         if let Some(ground) = &self.on_site.ground {
-            if ground.coefficient.len() != n {
-                let expected = format!("{n} coefficients, one a site");
-                return Err(refuse("ground", &expected, ground.coefficient.len()));
-            }
+            let (found, expected) = (ground.coefficient.len(), "coefficients, one a site");
+            Error::require(found == n, "ground", format!("{n} {expected}"), found)?;
             not_negative("ground", &ground.coefficient)?;
         }
         let mut contacts = self.contacts().chain(self.left_contact()).enumerate();
@@ -416,34 +416,30 @@ impl Chain {
             let law = contact.law.text();
             let expected = format!("static forces that the law `{law}` can carry");
             let force = self.static_force(j.min(self.n_contacts() - 1));
-            return Err(refuse(option, &expected, format!("{force} in contact {j}")));
+            return Err(Error::request(
+                option,
+                &expected,
+                format!("{force} in contact {j}"),
+            ));
         }
         Ok(())
     }
 }
 
-fn above_zero<'v>(name: &'static str, mut values: impl Iterator<Item = &'v f64>) -> Result<()> {
-    match values.find(|value| !(**value > 0.0 && value.is_finite())) {
-        Some(value) => Err(refuse(name, "finite values above 0", value)),
-        None => Ok(()),
-    }
+/// That all values are so.
+pub(super) fn all_are<'v>(
+    (option, expected): (&'static str, &str),
+    values: impl IntoIterator<Item = &'v f64>,
+    are_so: impl Fn(f64) -> bool,
+) -> Result<()> {
+    let other = values.into_iter().find(|value| !are_so(**value));
+    other.map_or(Ok(()), |value| Err(Error::request(option, expected, value)))
 }
 
 pub(super) fn not_negative<'v>(
-    name: &'static str,
+    option: &'static str,
     values: impl IntoIterator<Item = &'v f64>,
 ) -> Result<()> {
-    let is_wrong = |value: &&f64| !(**value >= 0.0 && value.is_finite());
-    match values.into_iter().find(is_wrong) {
-        Some(value) => Err(refuse(name, "finite values of 0 or more", value)),
-        None => Ok(()),
-    }
-}
-
-pub(crate) fn refuse(option: &'static str, expected: &str, found: impl std::fmt::Display) -> Error {
-    Error::Request {
-        option,
-        expected: expected.to_owned(),
-        found: found.to_string(),
-    }
+    let option = (option, "finite values of 0 or more");
+    all_are(option, values, |v| v >= 0.0 && v.is_finite())
 }

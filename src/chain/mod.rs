@@ -5,7 +5,6 @@ mod dispersion;
 mod drive;
 mod elliptic;
 mod growth;
-mod inside;
 mod lattice;
 mod law;
 mod many;

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use ndarray::Array2;
 use num_complex::Complex;
 
-use super::lattice::{Chain, refuse};
+use super::lattice::Chain;
 use crate::numeric::hermitian::eigen;
 use crate::numeric::next_uniform;
 use crate::{Error, Result};
@@ -45,18 +45,11 @@ impl Chain {
     /// compressed, and for more than 2000 bodies and resonators.
     pub fn normal_modes(&self) -> Result<NormalModes> {
         let n = self.n_sites();
-        if !self
-            .all_contacts()
-            .all(|contact| contact.has_linear_limit())
-        {
-            let expected = "a chain with linear small motion: one with precompression, or of a law that pulls, too";
-            return Err(refuse("mode", expected, "contacts that only touch"));
-        }
-        let resonators: Vec<usize> = self
-            .resonators()
-            .iter()
-            .flat_map(|all| all.sites())
-            .collect();
+        let linear = self.all_contacts().all(|of| of.has_linear_limit());
+        let expected = "a chain with linear small motion: one with precompression, or of a law that pulls, too";
+        Error::require(linear, "mode", expected, "contacts that only touch")?;
+        let resonators = self.resonators().into_iter().flat_map(|all| all.sites());
+        let resonators: Vec<usize> = resonators.collect();
         let places = n + resonators.len();
         let expected = "at most 2000 bodies and resonators for modes";
         Error::require(places <= MOST_SITES, "mode", expected, places)?;
@@ -88,11 +81,8 @@ impl Chain {
         let mut frequency: Vec<f64> = Vec::with_capacity(places);
         let mut shape = Vec::with_capacity(places);
         for (square, vector) in found.values.iter().zip(found.vectors).rev() {
-            frequency.push(if *square < FREE * most {
-                0.0
-            } else {
-                square.sqrt()
-            });
+            let is_free = *square < FREE * most;
+            frequency.push(if is_free { 0.0 } else { square.sqrt() });
             shape.push(real(&vector));
         }
         Ok(NormalModes {
@@ -107,11 +97,11 @@ impl Chain {
 
 /// An eigenvector of a real matrix, its phase taken off.
 fn real(vector: &[Complex<f64>]) -> Vec<f64> {
-    let largest = vector
-        .iter()
-        .fold(Complex::default(), |a: Complex<f64>, b| {
-            if b.norm_sqr() > a.norm_sqr() { *b } else { a }
-        });
+    let larger = |a: Complex<f64>, b: &Complex<f64>| match b.norm_sqr() > a.norm_sqr() {
+        true => *b,
+        false => a,
+    };
+    let largest = vector.iter().fold(Complex::default(), larger);
     let phase = largest.conj() / largest.norm();
     let mut row: Vec<f64> = vector.iter().map(|value| (value * phase).re).collect();
     let size = row.iter().map(|v| v * v).sum::<f64>().sqrt();

@@ -105,6 +105,35 @@ impl Simulation {
         }
         Ok(())
     }
+
+    /// Steps to each of `times`, rising from 0, with this error of a velocity a step relative to the velocity scale, and shows the
+    /// chain and the accelerations of its bodies there. `halfway` other steps follow the same motion: they end between the times, too.
+    ///
+    /// # Errors
+    /// As [`Simulation::run`].
+    pub(crate) fn sampled(
+        &self,
+        times: &[f64],
+        (local_error, halfway): (f64, bool),
+        observer: &dyn Observer,
+        visit: &mut dyn FnMut(NodeState, &dyn Fn(usize) -> f64),
+    ) -> Result<()> {
+        let (mut stepping, _) = self.stepping(times, local_error, false)?;
+        let mut last = 0.0;
+        for &t in times {
+            if halfway {
+                stepping.advance_to(0.5 * (last + t), observer)?;
+            }
+            stepping.advance_to(t, observer)?;
+            let state = stepping.state();
+            visit(NodeState::of(&self.chain, t, state), &|body| {
+                stepping.motion(FIRST_SITE + body, t, state)[2]
+            });
+            observer.advance(1);
+            last = t;
+        }
+        Ok(())
+    }
 }
 
 struct Walk<'a> {
@@ -124,11 +153,7 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     fn place(&self, t: f64) -> NodeState<'_> {
-        self.of(self.stepping.state(), t)
-    }
-
-    fn of<'s>(&'s self, state: &'s State, t: f64) -> NodeState<'s> {
-        NodeState::of(&self.simulation.chain, t, state)
+        NodeState::of(&self.simulation.chain, t, self.stepping.state())
     }
 
     /// One step towards `target`; returns where it ends.
@@ -148,7 +173,9 @@ impl Walk<'_> {
         let beyond = self.go_towards(to + (to - from))?;
         let soon = self.openings(&middle, beyond)?;
         self.stepping.reset(&middle);
-        let cusps = path.cusps(self.of(&mark.state, from), self.of(&middle.state, to));
+        let ends = [(from, &mark), (to, &middle)];
+        let ends = ends.map(|(t, mark)| NodeState::of(&self.simulation.chain, t, &mark.state));
+        let cusps = path.cusps(ends[0], ends[1]);
         let mut inside = self.openings(&mark, to)?;
         self.stepping.reset(&mark);
         inside.extend(cusps);
@@ -234,7 +261,10 @@ impl Walk<'_> {
 
     /// The times inside a step at which contacts open or close, to the last digits.
     fn openings(&mut self, mark: &Mark, to: f64) -> Result<Vec<f64>> {
-        let noticed = |s, overlap| self.energy(s, overlap) >= self.noticed;
+        let noticed = |s: usize, overlap| {
+            let energy = |of: Contact| of.law.energy(of.coefficient, 0.0, overlap);
+            self.contacts[s].map_or(0.0, energy) >= self.noticed
+        };
         let ends = [(mark.time, &mark.state), (to, self.stepping.state())];
         let found = self.stepping.openings(ends, &noticed);
         self.refine(mark, to, found)
@@ -249,7 +279,7 @@ impl Walk<'_> {
         let mut times = Vec::with_capacity(found.len());
         for (t, s) in found {
             self.stepping.advance_to(t, self.observer)?;
-            let d0 = self.static_overlap(s);
+            let d0 = self.contacts[s].map_or(0.0, |contact| contact.static_overlap);
             let state = self.stepping.state();
             let closing = state.v[s - 1] - state.v[s];
             let off = (d0 + state.x[s - 1] - state.x[s]) / closing;
@@ -260,15 +290,5 @@ impl Walk<'_> {
         }
         times.sort_by(f64::total_cmp);
         Ok(times)
-    }
-
-    fn static_overlap(&self, s: usize) -> f64 {
-        self.contacts[s].map_or(0.0, |contact| contact.static_overlap)
-    }
-
-    /// Energy of contact s at an overlap.
-    fn energy(&self, s: usize, overlap: f64) -> f64 {
-        let energy = |of: Contact| of.law.energy(of.coefficient, 0.0, overlap);
-        self.contacts[s].map_or(0.0, energy)
     }
 }

@@ -131,30 +131,22 @@ impl Run {
         {
             return wave.acceleration_at(time[sample]);
         }
-        let right = match site < chain.n_contacts() {
-            true => force[[sample, site]],
-            false => 0.0,
-        };
-        let v = velocity[[sample, site]];
+        let (t, v) = (time[sample], velocity[[sample, site]]);
+        let right = force.row(sample).get(site).copied().unwrap_or(0.0);
         let left = match (site.checked_sub(1), chain.ends) {
             (Some(contact), _) => force[[sample, contact]],
             (None, Ends::Periodic) => force[[sample, chain.n_contacts() - 1]],
-            (None, Ends::Fixed { .. }) => {
-                let (wall, speed) = match &self.drive {
-                    Some(Drive::Wall(wave)) => (wave.at(time[sample]), wave.rate_at(time[sample])),
-                    _ => (0.0, 0.0),
+            (None, _) => chain.left_contact().map_or(0.0, |contact| {
+                let [wall, speed] = match &self.drive {
+                    Some(Drive::Wall(wave)) => [wave.at(t), wave.rate_at(t)],
+                    _ => [0.0; 2],
                 };
-                let (r, closing) = (wall - x[[sample, 0]], speed - v);
-                let contact = chain.left_contact();
-                contact.map_or(0.0, |contact| chain.total_force(contact, r, closing))
-            }
-            (None, _) => match &self.drive {
-                Some(Drive::Force(wave)) => wave.at(time[sample]),
-                _ => 0.0,
-            },
+                chain.total_force(contact, wall - x[[sample, 0]], speed - v)
+            }),
         };
         let push = match &self.drive {
-            Some(Drive::Body(driven, wave)) if *driven == site => wave.at(time[sample]),
+            Some(Drive::Force(wave)) if site == 0 => wave.at(t),
+            Some(Drive::Body(driven, wave)) if *driven == site => wave.at(t),
             _ => 0.0,
         };
         let own = (self.resonator_displacement.as_ref()).zip(self.resonator_velocity.as_ref());

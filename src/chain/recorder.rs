@@ -2,11 +2,10 @@
 
 use ndarray::{Array1, Array2, ArrayView1};
 
-use super::lattice::refuse;
 use super::result::{Run, RunReport, RunWarning};
 use super::simulation::{Record, Simulation};
 use super::stepping::{Cost, FIRST_CONTACT, FIRST_SITE, State, StepControl};
-use crate::Result;
+use crate::{Error, Result};
 
 /// Uniform samples from 0 to the end time, or every n-th of them and the last one.
 #[derive(Debug, Clone, Copy)]
@@ -206,7 +205,7 @@ impl Recorder {
             (StepControl::Fixed(step), Some(drift)) if drift.is_nan() || drift > 0.5 => {
                 let expected = "a step below the stability limit";
                 let found = format!("{step:e}, with which the energy runs away");
-                Err(refuse("step", expected, found))
+                Err(Error::request("step", expected, found))
             }
             _ => Ok(self.run),
         }

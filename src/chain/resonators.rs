@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::lattice::{Chain, not_negative, refuse};
-use crate::Result;
+use super::lattice::{Chain, not_negative};
+use crate::{Error, Result};
 
 /// A mass on each body, tied to it alone by a linear spring and a dashpot.
 ///
@@ -65,32 +65,28 @@ impl Resonators {
         [kinetic.collect(), spring.collect()]
     }
 
-    fn check(&self, n: usize) -> Result<()> {
+    pub(super) fn check(&self, n: usize) -> Result<()> {
         let all = [&self.mass, &self.stiffness, &self.damping];
         if let Some(other) = all.iter().find(|values| values.len() != n) {
             let expected = format!("{n} masses, stiffnesses and dampings, one a site");
-            return Err(refuse("resonator_mass", &expected, other.len()));
+            return Err(Error::request("resonator_mass", &expected, other.len()));
         }
         not_negative("resonator_mass", all.into_iter().flatten())?;
-        for (j, [m, k, c]) in (0..n).map(|j| (j, all.map(|values| values[j]))) {
-            if (m > 0.0) != (k > 0.0) || m == 0.0 && c > 0.0 {
-                let expected = "a mass and a stiffness, or nothing";
-                let found = format!("{m} and {k} at site {j}");
-                return Err(refuse("resonator_mass", expected, found));
-            }
-        }
-        Ok(())
+        let is_part = |j: &usize| {
+            let [m, k, c] = all.map(|values| values[*j]);
+            (m > 0.0) != (k > 0.0) || m == 0.0 && c > 0.0
+        };
+        (0..n).find(is_part).map_or(Ok(()), |j| {
+            let expected = "a mass and a stiffness, or nothing";
+            let found = format!("{} and {} at site {j}", self.mass[j], self.stiffness[j]);
+            Err(Error::request("resonator_mass", expected, found))
+        })
     }
 }
 
 impl Chain {
     pub(crate) fn resonators(&self) -> Option<&Resonators> {
         self.on_site.resonators.as_ref()
-    }
-
-    pub(crate) fn check_resonators(&self) -> Result<()> {
-        self.resonators()
-            .map_or(Ok(()), |all| all.check(self.n_sites()))
     }
 
     /// Mass of body j and of what is in it.

@@ -3,7 +3,6 @@
 use ndarray::ArrayView1;
 
 use super::growth::{Checks, grown_rounding};
-use super::lattice::refuse;
 use super::recorder::{Recorder, SampleTimes};
 use super::result::{Run, RunWarning};
 use super::simulation::{Accuracy, EndTime, Record, Simulation};
@@ -189,7 +188,7 @@ impl Simulation {
             let expected = "steps that keep the energy";
             let found =
                 format!("a change by {drift:.1e} of it that neither work nor losses explain");
-            return Err(refuse("tolerance", expected, found));
+            return Err(Error::request("tolerance", expected, found));
         }
         let warning = RunWarning::EnergyBalance { drift, allowed };
         run.report.warnings.push(warning);

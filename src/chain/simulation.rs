@@ -1,7 +1,7 @@
 //! A simulation as data.
 
 use super::drive::Drive;
-use super::lattice::{Chain, Ends, refuse};
+use super::lattice::{Chain, Ends, all_are};
 use super::run::CHECKED_SAMPLES;
 use super::stepping::{Scheme, SteppedSites};
 use crate::{Error, Result};
@@ -111,9 +111,7 @@ impl Simulation {
         {
             let expected = format!("{n} values");
             Error::require(values.len() == n, name, expected, values.len())?;
-            if let Some(value) = values.iter().find(|v| !v.is_finite()) {
-                return Err(refuse(name, "finite values", value));
-            }
+            all_are((name, "finite values"), values, f64::is_finite)?;
         }
         let positive = |value: f64| value > 0.0 && value.is_finite();
         let end = match self.end_time {
@@ -145,7 +143,11 @@ impl Simulation {
             _ => None,
         };
         if let Some(expected) = ends {
-            return Err(refuse("drive", expected, format!("{:?}", self.chain.ends)));
+            return Err(Error::request(
+                "drive",
+                expected,
+                format!("{:?}", self.chain.ends),
+            ));
         }
         let site = self.drive.as_ref().map_or(0, Drive::site);
         let expected = format!("a body from 0 to {}", n - 1);
@@ -162,7 +164,7 @@ impl Simulation {
             Error::require(steady, "drive", expected, format!("a jump by {jump}"))?;
             if let Some((name, found, told)) = own.into_iter().find(|(_, a, b)| a != b) {
                 let expected = format!("that of the drive on site {site}, {told}");
-                return Err(refuse(name, &expected, found));
+                return Err(Error::request(name, &expected, found));
             }
         }
         Error::beyond_memory("the run", self.bytes(), self.allowed_memory())?;

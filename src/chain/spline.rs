@@ -1,6 +1,6 @@
 //! The spline of degree five through given values.
 
-use super::lattice::refuse;
+use super::lattice::all_are;
 use crate::{Error, Result};
 
 const DEGREE: usize = 5;
@@ -38,17 +38,12 @@ impl Spline {
             !(step > 0.0 && step.is_finite())
         }) {
             let found = format!("{} after {}", times[i], times[i - 1]);
-            return Err(refuse("drive_times", "times that rise", found));
+            return Err(Error::request("drive_times", "times that rise", found));
         }
-        if let Some(value) = values.iter().find(|value| !value.is_finite()) {
-            return Err(refuse("drive_values", "finite values", value));
-        }
+        all_are(("drive_values", "finite values"), values, f64::is_finite)?;
         let last = times[n - 1];
-        let inner = times[LEAST / 2..n - LEAST / 2].iter().copied();
-        let knots: Vec<f64> = std::iter::repeat_n(times[0], LEAST)
-            .chain(inner)
-            .chain(std::iter::repeat_n(last, LEAST))
-            .collect();
+        let inner = &times[LEAST / 2..n - LEAST / 2];
+        let knots = [&[times[0]; LEAST][..], inner, &[last; LEAST]].concat();
         // The last span of knots that begins at or before a time.
         let span = |t: f64| knots[..n].partition_point(|knot| *knot <= t) - 1;
         let coefficients = interpolating(times, values, &knots, span);

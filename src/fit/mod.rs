@@ -301,7 +301,7 @@ impl FitRequest {
 fn aligned(model: &Model, at: &[f64]) -> Result<f64> {
     let mut at = at.to_vec();
     at[model.keys.len()] = 0.0;
-    let predicted = model.records_at(&at, model.local_error)?;
+    let predicted = model.records_at(&at, (model.local_error, false))?;
     let times = model.records.times.len();
     let known = |value: f64| if value.is_finite() { value } else { 0.0 };
     let alike = |shift: isize| -> f64 {
@@ -338,8 +338,9 @@ fn local_error(simulation: &crate::chain::Simulation, records: &Records) -> Resu
 /// Until when two runs agree, where that is not the end, and by how much they differ before, over the size of the
 /// records.
 fn horizon(model: &Model, at: &[f64]) -> Result<(Option<f64>, f64)> {
-    let rough = model.records_at(at, model.local_error)?;
-    let fine = model.records_at(at, FINER * model.local_error)?;
+    let rough = model.records_at(at, (model.local_error, false))?;
+    // Where samples are close, steps end at them: those of both runs are never the same.
+    let fine = model.records_at(at, (FINER * model.local_error, true))?;
     let records = model.records;
     let (times, size) = (records.times.len(), rms(&fine).max(records.size()));
     let difference = |i: usize| {

@@ -27,9 +27,6 @@ const FIRST_STEP: f64 = 1e-3;
 /// Errors of records, over their size, that are left of runs, over their local error.
 const ROUNDING: f64 = 30.0;
 
-/// Distance of the samples from which an acceleration is made, over the contact time.
-const ASIDE: f64 = 0.01;
-
 /// An unknown that is no key of the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Other {
@@ -107,15 +104,15 @@ impl<'a> Model<'a> {
         settings(self.keys, keys.map(|(key, u)| key.value_at(*u)))
     }
 
-    /// The records, without gains, one site after the other.
-    pub fn records_at(&self, at: &[f64], local_error: f64) -> Result<Vec<f64>> {
+    /// The records, without gains, one site after the other, by steps as [`Simulation::sampled`] takes them.
+    pub fn records_at(&self, at: &[f64], steps: (f64, bool)) -> Result<Vec<f64>> {
         let simulation = self.simulation(at)?;
         let clocks = self.others(at).filter(|(other, _)| *other == Other::Clock);
         let shift = clocks.map(|(_, u)| u).sum::<f64>() * self.records.step();
         self.runs.fetch_add(1, Ordering::Relaxed);
         let times: Vec<f64> = self.records.times.iter().map(|t| t - shift).collect();
         let watch = CancelOnly(self.observer);
-        simulated(&simulation, self.records, &times, local_error, &watch)
+        simulated(&simulation, self.records, &times, steps, &watch)
     }
 
     fn with_gains(&self, at: &[f64], mut records: Vec<f64>) -> Vec<f64> {
@@ -133,7 +130,7 @@ impl<'a> Model<'a> {
 
     /// The records as they are measured.
     pub fn predicted(&self, at: &[f64]) -> Result<Vec<f64>> {
-        Ok(self.with_gains(at, self.records_at(at, self.local_error)?))
+        Ok(self.with_gains(at, self.records_at(at, (self.local_error, false))?))
     }
 
     /// What is measured beyond what is predicted, 0 where it is missing; behind it what gains miss of 1.
@@ -169,7 +166,7 @@ impl<'a> Model<'a> {
         let run = |u: f64| {
             let mut at = at.to_vec();
             at[k] = u;
-            self.records_at(&at, self.local_error)
+            self.records_at(&at, (self.local_error, false))
         };
         let (below, above) = rayon::join(|| run(ends[0]), || run(ends[1]));
         let (below, above, length) = (below?, above?, ends[1] - ends[0]);
@@ -279,16 +276,12 @@ pub(super) fn simulated(
     simulation: &Simulation,
     records: &Records,
     times: &[f64],
-    local_error: f64,
+    steps: (f64, bool),
     observer: &dyn Observer,
 ) -> Result<Vec<f64>> {
     let (n, sites) = (times.len(), records.bodies.len());
     let chain = &simulation.chain;
-    let aside = match records.quantity {
-        Quantity::Acceleration => ASIDE * simulation.contact_time(simulation.speed()),
-        _ => 0.0,
-    };
-    let before = times.iter().filter(|t| **t - 2.0 * aside < 0.0).count();
+    let before = times.iter().filter(|t| **t < 0.0).count();
     let mut values = vec![0.0; n * sites];
     for (site, &body) in records.bodies.iter().enumerate() {
         let (x, v) = (&simulation.displacement, &simulation.velocity);
@@ -301,46 +294,23 @@ pub(super) fn simulated(
             };
         }
     }
-    let own = times[before..].iter();
-    let wanted: Vec<f64> = match aside > 0.0 {
-        true => own
-            .flat_map(|t| ASIDES.map(|(d, _)| t + d * aside))
-            .collect(),
-        false => own.copied().collect(),
-    };
-    let mut order: Vec<usize> = (0..wanted.len()).collect();
-    order.sort_by(|a, b| wanted[*a].total_cmp(&wanted[*b]));
-    let rising: Vec<f64> = order.iter().map(|i| wanted[*i]).collect();
-    let mut at = 0;
-    let mut row = |x: &[f64], v: &[f64]| {
-        let index = order[at];
-        at += 1;
-        for (site, &body) in records.bodies.iter().enumerate() {
-            let place = |i: usize| n * site + before + i;
-            match records.quantity {
-                Quantity::Velocity | Quantity::StrainRate => values[place(index)] = v[body],
-                Quantity::Displacement => values[place(index)] = x[body],
-                Quantity::Force => values[place(index)] = chain.force(body, x, v),
-                Quantity::Acceleration => {
-                    let weight = ASIDES[index % ASIDES.len()].1 / aside;
-                    values[place(index / ASIDES.len())] += weight * v[body];
-                }
+    let mut index = before;
+    simulation.sampled(
+        &times[before..],
+        steps,
+        observer,
+        &mut |at, acceleration| {
+            for (site, &body) in records.bodies.iter().enumerate() {
+                values[n * site + index] = match records.quantity {
+                    Quantity::Displacement => at.x[body],
+                    Quantity::Force => chain.force(body, at.x, at.v),
+                    Quantity::Acceleration => acceleration(body),
+                    _ => at.v[body],
+                };
             }
-        }
-    };
-    if !rising.is_empty() {
-        simulation.sampled(&rising, local_error, observer, &mut |place| {
-            row(place.x, place.v)
-        })?;
-    }
+            index += 1;
+        },
+    )?;
     observer.go_on()?;
     Ok(values)
 }
-
-/// Distances and weights of the derivative of fourth order.
-const ASIDES: [(f64, f64); 4] = [
-    (-2.0, 1.0 / 12.0),
-    (-1.0, -2.0 / 3.0),
-    (1.0, 2.0 / 3.0),
-    (2.0, -1.0 / 12.0),
-];

@@ -1,7 +1,6 @@
 //! Budgets of simulated and of measured chains.
 
 mod balance;
-mod burgers;
 mod equipartition;
 mod identities;
 mod known;

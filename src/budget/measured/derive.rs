@@ -5,7 +5,7 @@ use ndarray::{Array1, Array2, ArrayView1, Axis, s};
 use super::missing;
 use crate::budget::contacts::{ContactState, Contacts};
 use crate::budget::motion::Motion;
-use crate::budget::quadrature::{CUBIC, Quadrature};
+use crate::budget::quadrature::{CUBIC, running};
 use crate::budget::real_space::SiteTerms;
 use crate::chain::Chain;
 
@@ -81,7 +81,6 @@ impl Derived {
     pub(super) fn of(chain: &Chain, dt: f64, velocity: Array2<f64>, missing: &[bool]) -> Derived {
         let (samples, n) = velocity.dim();
         let m = chain.n_contacts();
-        let quadrature = Quadrature::new(samples, CUBIC);
         let (displacement, velocity) = Derived::moved(chain, dt, velocity, missing);
         let time = Array1::from_shape_fn(samples, |i| dt * i as f64);
         let motion = motion(chain, time.view(), &displacement, &velocity);
@@ -90,7 +89,7 @@ impl Derived {
         let [mut overlap, mut force, mut flux] = [(); 3].map(|()| Array2::zeros((samples, m)));
         let [mut energy, mut lost] = [(); 2].map(|()| Array2::zeros((samples, 1)));
         let mut pushed = Array2::zeros((samples, n));
-        let mut elastic = Array2::zeros((samples, contacts.len()));
+        let mut elastic = Array2::zeros((samples, contacts.each.len()));
         let mut state = ContactState::default();
         let mut sites = SiteTerms::default();
         for i in 0..samples {
@@ -110,15 +109,15 @@ impl Derived {
                 pushed[[i, j]] = contacts.push_on(j, &all) - contacts.pull(j, at);
             }
         }
-        let lost = quadrature.running(lost.view(), dt);
+        let lost = running(lost.view(), dt, CUBIC);
         let mass = ArrayView1::from(&chain.mass);
         let gained = (&velocity - &velocity.row(0)) * mass;
         Derived {
             given: (&energy + &lost).into_raw_vec_and_offset().0,
-            impulse: quadrature.running(elastic.view(), dt),
+            impulse: running(elastic.view(), dt, CUBIC),
             values: MotionArrays {
-                passed: Quadrature::new(samples, 2).running(flux.view(), dt),
-                unbalanced: gained - quadrature.running(pushed.view(), dt),
+                passed: running(flux.view(), dt, 2),
+                unbalanced: gained - running(pushed.view(), dt, CUBIC),
                 velocity,
                 overlap,
                 force,
@@ -136,8 +135,7 @@ impl Derived {
         mut velocity: Array2<f64>,
         missing: &[bool],
     ) -> (Array2<f64>, Array2<f64>) {
-        let quadrature = Quadrature::new(velocity.nrows(), CUBIC);
-        let mut displacement = quadrature.running(velocity.view(), dt);
+        let mut displacement = running(velocity.view(), dt, CUBIC);
         missing::fill(chain, dt, missing, &mut displacement, &mut velocity);
         (displacement, velocity)
     }

@@ -67,10 +67,7 @@ impl Drifting {
                 continue;
             }
             let miss = measured - row[0] * at[0] - row[1] * at[1];
-            at = [
-                at[0] + along[0] / total * miss,
-                at[1] + along[1] / total * miss,
-            ];
+            at = [0, 1].map(|i| at[i] + along[i] / total * miss);
             covariance = [
                 p - along[0] * along[0] / total,
                 c - along[0] * along[1] / total,

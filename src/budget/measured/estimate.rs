@@ -102,16 +102,16 @@ fn add_sampling([derived, half]: [&Derived; 2], contacts: &Contacts, errors: &mu
     let overlap = envelope(&values.overlap, &half.values.overlap);
     for ((i, j), sampling) in overlap.indexed_iter() {
         let (id, r) = (j + contacts.offset, values.overlap[[i, j]]);
-        let here = contacts.contact(id).force(r);
+        let here = contacts.each[id].force(r);
         let over = |e: f64| {
-            let up = (contacts.contact(id).force(r + e) - here).abs();
-            up.max((contacts.contact(id).force(r - e) - here).abs())
+            let up = (contacts.each[id].force(r + e) - here).abs();
+            up.max((contacts.each[id].force(r - e) - here).abs())
         };
         // Three errors of the overlap are to be within three of the force, also where an open
         // contact may be closed, which few repetitions show.
         let open = over(3.0 * errors.overlap[[i, j]]) / 3.0;
         let v = values.velocity.row(i);
-        let speed = match contacts.sites(id) {
+        let speed = match contacts.each[id].sites {
             [Some(left), Some(right)] => 0.5 * (v[left] + v[right]).abs(),
             _ => 0.0,
         };
@@ -120,20 +120,17 @@ fn add_sampling([derived, half]: [&Derived; 2], contacts: &Contacts, errors: &mu
         *force = force.max(open).hypot(sampling);
         *flux = flux.max(open * speed).hypot(sampling * speed);
     }
-    let half = &half.values;
+    let (half, of) = (&half.values, envelope);
     for (error, off) in [
         (&mut errors.overlap, overlap),
-        (&mut errors.passed, envelope(&values.passed, &half.passed)),
-        (&mut errors.energy, envelope(&values.energy, &half.energy)),
+        (&mut errors.passed, of(&values.passed, &half.passed)),
+        (&mut errors.energy, of(&values.energy, &half.energy)),
         (
             &mut errors.unbalanced,
-            envelope(&values.unbalanced, &half.unbalanced),
+            of(&values.unbalanced, &half.unbalanced),
         ),
         // Only those of missing sites depend on the sampling.
-        (
-            &mut errors.velocity,
-            envelope(&values.velocity, &half.velocity),
-        ),
+        (&mut errors.velocity, of(&values.velocity, &half.velocity)),
     ] {
         error.zip_mut_with(&off, |error, off| *error = error.hypot(*off));
     }
@@ -169,12 +166,9 @@ fn energy_given(here: &[f64], half: &[f64], again: &[Vec<f64>]) -> Estimate {
     let spread = |i: usize| over_repetitions(i, &|x| (x - mean[i]).powi(2));
     let variance: Vec<f64> = all.map(spread).collect();
     let floor = median(&variance, &vec![1.0; here.len()]);
-    let weight = |v: &f64| {
-        if floor > 0.0 {
-            v.max(floor).recip()
-        } else {
-            1.0
-        }
+    let weight = |v: &f64| match floor > 0.0 {
+        true => v.max(floor).recip(),
+        false => 1.0,
     };
     let weights: Vec<f64> = variance.iter().map(weight).collect();
     let pairs = here.iter().zip(&mean);

@@ -75,11 +75,10 @@ pub fn from_field(
     chain: &Chain,
     options: &MeasuredOptions,
 ) -> Result<MeasuredMotion> {
-    if field.quantity != Quantity::Velocity {
-        let expected = "velocities, which displacements are the integrals of";
-        let found = format!("{:?}", field.quantity).to_lowercase();
-        return Err(Error::request("quantity", expected, found));
-    }
+    let are_velocities = field.quantity == Quantity::Velocity;
+    let expected = "velocities, which displacements are the integrals of";
+    let found = format!("{:?}", field.quantity).to_lowercase();
+    Error::require(are_velocities, "quantity", expected, found)?;
     let (samples, n) = (field.n_times(), field.n_sites());
     options::check_memory(samples, chain)?;
     let mut values = vec![0.0; samples * n];
@@ -183,13 +182,9 @@ fn channels(
     }
     missing::check(chain, &missing)?;
     let is_reached = |j: usize| !missing[j] && channels.sites[j].arrival.is_some();
-    if options.noise == Noise::Quiet && !(0..n).any(is_reached) {
-        let expected = "a wave above the noise of at least one channel";
-        return Err(Error::request(
-            "field",
-            expected,
-            "none that chance does not explain",
-        ));
-    }
+    let is_any = options.noise != Noise::Quiet || (0..n).any(is_reached);
+    let expected = "a wave above the noise of at least one channel";
+    let found = "none that chance does not explain";
+    Error::require(is_any, "field", expected, found)?;
     Ok((record, missing, channels))
 }

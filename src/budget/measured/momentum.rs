@@ -88,8 +88,8 @@ impl Fitter {
     /// `open`: variance of the momentum that noise leaves open, `(time, site)`.
     pub(super) fn new(contacts: &Contacts, open: &Array2<f64>) -> Fitter {
         let mut pushes = vec![Vec::new(); open.ncols()];
-        for i in 0..contacts.len() {
-            let [left, right] = contacts.sites(i);
+        for i in 0..contacts.each.len() {
+            let [left, right] = contacts.each[i].sites;
             for (site, sign) in [(left, -1.0), (right, 1.0)] {
                 if let Some(site) = site {
                     pushes[site].push((i, sign));
@@ -98,16 +98,13 @@ impl Fitter {
         }
         // Momenta known to rounding must not outweigh all others together.
         let most = open.iter().fold(0.0, |m: f64, e| m.max(*e));
-        let weight = |open: f64| {
-            if most > 0.0 {
-                most / open.max(1e-9 * most)
-            } else {
-                1.0
-            }
+        let weight = |open: f64| match most > 0.0 {
+            true => most / open.max(1e-9 * most),
+            false => 1.0,
         };
         Fitter {
             pushes,
-            contacts: contacts.len(),
+            contacts: contacts.each.len(),
             offset: contacts.offset,
             weight: open.mapv(weight),
         }
@@ -121,10 +118,9 @@ impl Fitter {
         for (site, list) in self.pushes.iter().enumerate() {
             let weight = self.weight.slice(s![..;every, site]);
             let residual = derived.values.unbalanced.column(site);
-            let pushed: Vec<Array1<f64>> = list
-                .iter()
-                .map(|(i, sign)| *sign * &derived.impulse.column(*i))
-                .collect();
+            let pushed = list.iter();
+            let pushed = pushed.map(|(i, sign)| *sign * &derived.impulse.column(*i));
+            let pushed: Vec<Array1<f64>> = pushed.collect();
             let mut all = Array1::zeros(residual.len());
             for ((i, _), pushed_by) in list.iter().zip(&pushed) {
                 let weighted = pushed_by * &weight;
@@ -141,9 +137,10 @@ impl Fitter {
         let each = solve(&normal, &right);
         Fit {
             each: each.into_iter().skip(self.offset).collect(),
-            all: Some(common_right / common_left)
-                .filter(|_| common_left > 0.0)
-                .unwrap_or(0.0),
+            all: match common_left > 0.0 {
+                true => common_right / common_left,
+                false => 0.0,
+            },
         }
     }
 }
@@ -151,13 +148,12 @@ impl Fitter {
 /// Solves the normal equations by conjugate gradients; `None` for unknowns that do not occur.
 fn solve(rows: &[Vec<(usize, f64)>], right: &[f64]) -> Vec<Option<f64>> {
     // Unknowns are scaled so that the diagonal is 1.
-    let scale = rows.iter().enumerate().map(|(i, row)| {
-        let own = row.iter().filter(|(k, _)| *k == i);
-        let diagonal: f64 = own.map(|(_, a)| a).sum();
-        (diagonal > 0.0).then(|| diagonal.sqrt().recip())
-    });
-    let known: Vec<Option<f64>> = scale.collect();
-    let scale: Array1<f64> = known.iter().map(|scale| scale.unwrap_or(0.0)).collect();
+    let own = |(i, row): (usize, &Vec<(usize, f64)>)| -> f64 {
+        row.iter().filter(|(k, _)| *k == i).map(|(_, a)| a).sum()
+    };
+    let diagonal: Vec<f64> = rows.iter().enumerate().map(own).collect();
+    let inverse = |d: &f64| if *d > 0.0 { d.sqrt().recip() } else { 0.0 };
+    let scale: Array1<f64> = diagonal.iter().map(inverse).collect();
     let apply = |x: &Array1<f64>| -> Array1<f64> {
         let x = x * &scale;
         let sum = |row: &Vec<(usize, f64)>| row.iter().map(|(k, a)| a * x[*k]).sum::<f64>();
@@ -180,8 +176,10 @@ fn solve(rows: &[Vec<(usize, f64)>], right: &[f64]) -> Vec<Option<f64>> {
         direction = direction * (next / squares) + &rest;
         squares = next;
     }
-    let solved = x.iter().zip(known);
-    solved.map(|(x, scale)| Some(x * scale?)).collect()
+    let solved = x.iter().zip(&scale).zip(diagonal);
+    solved
+        .map(|((x, scale), d)| (d > 0.0).then_some(x * scale))
+        .collect()
 }
 
 impl Momentum {
@@ -204,9 +202,9 @@ impl Momentum {
                 error: error.hypot(sampling),
             }
         };
-        let sampling: Vec<f64> = (fit.each.iter().zip(&halved.each))
-            .map(|(here, half)| (here.unwrap_or(0.0) - half.unwrap_or(0.0)).abs())
-            .collect();
+        let sampling = fit.each.iter().zip(&halved.each);
+        let sampling = sampling.map(|(a, b)| (a.unwrap_or(0.0) - b.unwrap_or(0.0)).abs());
+        let sampling: Vec<f64> = sampling.collect();
         // One difference may be small by chance.
         let typical = median(sampling.iter().copied()).unwrap_or(0.0);
         let factors = fit.each.iter().enumerate().map(|(i, here)| {
@@ -214,19 +212,16 @@ impl Momentum {
             Some(factor((*here)?, &mut again, sampling[i].max(typical)))
                 .filter(|factor| factor.error < 1.0)
         });
+        let unbalanced = &derived.values.unbalanced;
+        let sites = (0..unbalanced.ncols()).map(|j| SiteMomentum {
+            residual: rms(unbalanced, j),
+            expected: rms(&errors.unbalanced, j),
+        });
+        let mut again = fits.iter().map(|fit| fit.all);
         Momentum {
-            sites: (0..derived.values.unbalanced.ncols())
-                .map(|j| SiteMomentum {
-                    residual: rms(&derived.values.unbalanced, j),
-                    expected: rms(&errors.unbalanced, j),
-                })
-                .collect(),
+            sites: sites.collect(),
             factors: factors.collect(),
-            common: factor(
-                fit.all,
-                &mut fits.iter().map(|fit| fit.all),
-                (halved.all - fit.all).abs(),
-            ),
+            common: factor(fit.all, &mut again, (halved.all - fit.all).abs()),
         }
     }
 }

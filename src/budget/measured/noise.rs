@@ -102,17 +102,14 @@ impl Channels {
         let own = |j: &usize| live(j) && quiet[*j].samples >= LEAST_QUIET;
         let known = all.clone().filter(own);
         let known: Vec<(usize, LineFit)> = known.filter_map(|j| Some((j, lines[j]?))).collect();
-        if known.is_empty() {
-            let longest = all.filter(live).map(|j| quiet[j].samples).max();
-            let expected = format!(
-                "a channel with {LEAST_QUIET} samples or more before the wave arrives, or stated noise"
-            );
-            let found = format!("at most {} of {}", longest.unwrap_or(0), record.nrows());
-            return Err(Error::request("noise", expected, found));
-        }
-        let parts = known
-            .iter()
-            .map(|(j, line)| (part(*j), *line, options.start));
+        let longest = all.clone().filter(live).map(|j| quiet[j].samples).max();
+        let expected = format!(
+            "a channel with {LEAST_QUIET} samples or more before the wave arrives, or stated noise"
+        );
+        let found = format!("at most {} of {}", longest.unwrap_or(0), record.nrows());
+        Error::require(!known.is_empty(), "noise", expected, found)?;
+        let parts = known.iter();
+        let parts = parts.map(|(j, line)| (part(*j), *line, options.start));
         let correlation = correlation_time(parts, scale);
         let sum = |of: fn(&LineFit) -> f64| known.iter().map(|(_, line)| of(line)).sum::<f64>();
         let pooled = sum(|line| line.squares) / sum(|line| line.points as f64 - 2.0);
@@ -170,11 +167,11 @@ fn rest(quiet: &[QuietPart], missing: &[bool], j: usize) -> usize {
         found.then_some(if samples < LEAST_QUIET { 0 } else { samples })
     };
     seen(j).unwrap_or_else(|| {
-        let sides = [
+        let (before, after) = (
             (0..j).rev().find_map(seen),
             (j + 1..quiet.len()).find_map(seen),
-        ];
-        let first = sides.into_iter().flatten().min();
+        );
+        let first = before.into_iter().chain(after).min();
         first.unwrap_or(quiet[j].samples)
     })
 }
@@ -204,13 +201,11 @@ fn correlation_time<'a>(
         return 1.0;
     }
     let weight = |lag: usize| 1.0 - lag as f64 / (LAGS + 1) as f64;
-    let excess: f64 = (1..=LAGS)
-        .map(|lag| 2.0 * weight(lag) * sums[lag] / sums[0])
-        .sum();
+    let share = |lag: usize| 2.0 * weight(lag) * sums[lag] / sums[0];
+    let excess: f64 = (1..=LAGS).map(share).sum();
     let squares: f64 = (1..=LAGS).map(|lag| 4.0 * weight(lag).powi(2)).sum();
-    if excess > 4.0 * (squares / count).sqrt() {
-        1.0 + excess
-    } else {
-        1.0
+    match excess > 4.0 * (squares / count).sqrt() {
+        true => 1.0 + excess,
+        false => 1.0,
     }
 }

@@ -51,10 +51,13 @@ impl Uncertainty {
             ("coefficient-error", &self.coefficient, contacts),
             ("mass-error", &self.mass, sites),
         ] {
-            if list.len() > 1 && list.len() != count {
-                let expected = format!("one value for all, or {count}");
-                return Err(Error::request(option, expected, list.len()));
-            }
+            let (fits, number) = (list.len() <= 1 || list.len() == count, list.len());
+            Error::require(
+                fits,
+                option,
+                format!("one value for all, or {count}"),
+                number,
+            )?;
             if let Some(share) = list.iter().find(|share| !(0.0..1.0).contains(*share)) {
                 let expected = "shares of 0 or more, below 1";
                 return Err(Error::request(option, expected, share));
@@ -108,38 +111,32 @@ impl MeasuredOptions {
         chain: &Chain,
     ) -> Result<()> {
         chain.check()?;
-        if chain.resonators().is_some() {
-            let expected = "a chain without resonators, which velocities of the bodies do not tell";
-            return Err(Error::request("resonator_mass", expected, "resonators"));
-        }
-        let (samples, n) = record.dim();
-        let refuse =
-            |option, expected: &str, found: String| Err(Error::request(option, expected, found));
-        if n != chain.n_sites() {
-            let expected = format!("{} sites, as the chain has", chain.n_sites());
-            return refuse("field", &expected, n.to_string());
-        }
-        if samples < self.start.saturating_add(4) {
-            let found = format!("{samples}, start {}", self.start);
-            let expected = "4 samples or more from the start of the motion on";
-            return refuse("field", expected, found);
-        }
-        if !(dt > 0.0 && dt.is_finite() && t0.is_finite()) {
-            return refuse("dt", "a positive step of time", dt.to_string());
-        }
-        if self.repetitions < 8 {
-            return refuse("repetitions", "8 or more", self.repetitions.to_string());
-        }
-        if let Noise::Stated { deviation, offset } = self.noise
-            && !(deviation >= 0.0 && deviation.is_finite() && offset >= 0.0 && offset.is_finite())
-        {
-            let found = format!("{deviation}, {offset}");
-            return refuse("noise", "deviations of 0 or more", found);
+        let has_none = chain.resonators().is_none();
+        let expected = "a chain without resonators, which velocities of the bodies do not tell";
+        Error::require(has_none, "resonator_mass", expected, "resonators")?;
+        let ((samples, n), sites) = (record.dim(), chain.n_sites());
+        let expected = format!("{sites} sites, as the chain has");
+        Error::require(n == sites, "field", expected, n)?;
+        let enough = samples >= self.start.saturating_add(4);
+        let expected = "4 samples or more from the start of the motion on";
+        let found = format!("{samples}, start {}", self.start);
+        Error::require(enough, "field", expected, found)?;
+        let is_step = dt > 0.0 && dt.is_finite() && t0.is_finite();
+        Error::require(is_step, "dt", "a positive step of time", dt)?;
+        let repetitions = self.repetitions;
+        Error::require(repetitions >= 8, "repetitions", "8 or more", repetitions)?;
+        if let Noise::Stated { deviation, offset } = self.noise {
+            let (is_one, found) = (
+                |v: f64| v >= 0.0 && v.is_finite(),
+                format!("{deviation}, {offset}"),
+            );
+            let are = is_one(deviation) && is_one(offset);
+            Error::require(are, "noise", "deviations of 0 or more", found)?;
         }
         self.uncertainty.check(chain)?;
         if let Some(site) = self.missing.iter().find(|site| **site >= n) {
             let expected = format!("sites 0 to {}", n - 1);
-            return refuse("missing", &expected, site.to_string());
+            return Err(Error::request("missing", expected, site));
         }
         check_memory(samples, chain)
     }

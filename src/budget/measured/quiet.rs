@@ -78,9 +78,8 @@ fn foot(record: &[f64], arrival: usize, end: usize) -> usize {
     let level = record[..arrival].iter().sum::<f64>() / arrival as f64;
     let off = |i: usize| (record[i] - level).abs();
     let peak = (arrival..end).fold(arrival, |best, i| if off(i) > off(best) { i } else { best });
-    let rise = (arrival..peak)
-        .take_while(|i| off(*i) < 0.5 * off(peak))
-        .count();
+    let rises = |i: &usize| off(*i) < 0.5 * off(peak);
+    let rise = (arrival..peak).take_while(rises).count();
     // Strong noise hides the front except its top; the top's length is then used.
     let top = (2 * (peak - arrival - rise)).min(arrival / 4);
     2 * rise.max(top).max(1)
@@ -177,9 +176,8 @@ mod tests {
         let moving: Vec<f64> = (0..400).map(|i| (-0.05 * f64::from(i)).exp()).collect();
         assert_eq!(quiet_part(&moving), QuietPart::NONE);
         let level = |i: i32| if i < 150 { 1.0 } else { 0.0 };
-        let flight: Vec<f64> = (0..400)
-            .map(|i| level(i) + 1e-3 * random.normal())
-            .collect();
+        let flight = (0..400).map(|i| level(i) + 1e-3 * random.normal());
+        let flight: Vec<f64> = flight.collect();
         let arrival = quiet_part(&flight).arrival;
         assert!(arrival.is_some_and(|i| (140..160).contains(&i)));
         for samples in [0, 9] {

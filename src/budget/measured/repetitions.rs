@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::MeasuredOptions;
 use super::noise::Channels;
 use crate::chain::{Chain, Ends};
-use crate::numeric::Random;
+use crate::numeric::{Random, pieces};
 
 /// Repetitions that are computed before they are added up in order.
 const BATCH: usize = 4;
@@ -34,13 +34,9 @@ pub(super) struct Measurement {
 impl Measurement {
     /// The chain and the velocities of a repetition; columns of missing sites are zero.
     pub(super) fn again(&self, velocity: &Array2<f64>, number: usize) -> (Chain, Array2<f64>) {
-        let mut velocity = velocity.clone();
+        let mut velocity = self.without_missing(velocity.clone());
         let columns = velocity.axis_iter_mut(Axis(1)).enumerate();
-        for (j, mut column) in columns {
-            if self.missing[j] {
-                column.fill(0.0);
-                continue;
-            }
+        for (j, column) in columns.filter(|(j, _)| !self.missing[*j]) {
             let gain = self.factor(&self.options.uncertainty.gain, Of::Gain, number, j);
             self.spoil(number, j, gain, column);
         }
@@ -49,13 +45,15 @@ impl Measurement {
 
     /// The velocities of every other sample; columns of missing sites are zero.
     pub(super) fn every_other_sample(&self, velocity: &Array2<f64>) -> Array2<f64> {
-        let mut half = velocity.slice(s![..;2, ..]).to_owned();
-        for (mut column, missing) in half.columns_mut().into_iter().zip(&self.missing) {
-            if *missing {
-                column.fill(0.0);
-            }
+        self.without_missing(velocity.slice(s![..;2, ..]).to_owned())
+    }
+
+    fn without_missing(&self, mut velocity: Array2<f64>) -> Array2<f64> {
+        let columns = velocity.columns_mut().into_iter().zip(&self.missing);
+        for (mut column, _) in columns.filter(|(_, missing)| **missing) {
+            column.fill(0.0);
         }
-        half
+        velocity
     }
 
     /// Another gain, noise and drift of channel j from where it is not at rest.
@@ -117,15 +115,9 @@ impl Measurement {
         mut keep: impl FnMut(T) -> Result<(), E>,
     ) -> Result<(), E> {
         let count = self.options.repetitions;
-        for first in (0..count).step_by(BATCH) {
-            let batch: Vec<T> = (first..(first + BATCH).min(count))
-                .into_par_iter()
-                .map(&work)
-                .collect();
-            for found in batch {
-                keep(found)?;
-            }
-        }
-        Ok(())
+        pieces(count, BATCH).try_for_each(|batch| {
+            let batch: Vec<T> = batch.into_par_iter().map(&work).collect();
+            batch.into_iter().try_for_each(&mut keep)
+        })
     }
 }

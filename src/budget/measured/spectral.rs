@@ -40,11 +40,10 @@ impl MeasuredMotion {
         sink: &dyn Sink,
         observer: &dyn Observer,
     ) -> Result<(Budget, Arrays)> {
-        if request.integration == Integration::Stepping {
-            let expected = "that of samples: nothing was stepped";
-            let found = "that inside the stepping";
-            return Err(Error::request("integration", expected, found));
-        }
+        let of_samples = request.integration == Integration::Samples;
+        let expected = "that of samples: nothing was stepped";
+        let found = "that inside the stepping";
+        Error::require(of_samples, "integration", expected, found)?;
         let mut budget = crate::budget::run(&self.motion(), request, sink, observer)?;
         let request = pinned(request, &budget);
         let (mut curves, arrays) = crate::system::threads::in_pool(request.threads, || {
@@ -97,10 +96,9 @@ impl MeasuredMotion {
         let needed = (values as u64).saturating_mul(8 * HELD);
         let what = "the budgets of repeated measurements";
         Error::beyond_memory(what, needed, available_memory())?;
-        let mut squares: Arrays = arrays
-            .iter()
-            .map(|(name, array)| (*name, Array2::zeros(array.dim())))
-            .collect();
+        let zeros = arrays.iter();
+        let zeros = zeros.map(|(name, array)| (*name, Array2::zeros(array.dim())));
+        let mut squares: Arrays = zeros.collect();
         let mut curves = here.clone();
         for sums in curves.values_mut() {
             sums.fill(0.0);

@@ -4,8 +4,8 @@ use serde_json::{Map, Value, json};
 
 use super::RESIDUALS;
 use crate::budget::{
-    Budget, Closure, Curves, FrequencyFlow, Integration, ModeBudget, ScaleBudget, WavenumberBudget,
-    usual_pairs,
+    Budget, Closure, Curves, FrequencyFlow, Integration, ModeBudget, Residual, ScaleBudget,
+    WavenumberBudget, usual_pairs,
 };
 
 /// Gathers what is known; computes nothing new.
@@ -166,7 +166,7 @@ fn closure(closure: &Closure) -> Value {
     let mut reasons = Map::new();
     for (name, _, of) in RESIDUALS {
         all.insert(name.into(), json!(of(closure).value()));
-        if let Some(reason) = of(closure).reason() {
+        if let Residual::Undefined(reason) = of(closure) {
             reasons.insert(name.into(), json!(reason));
         }
     }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::budget::{Budget, Closure, FrequencyFlow, Residual, WavenumberBudget};
 use crate::sheet::{
     BLACK, BLUE, Chart, Colors, FigureLayout, GREEN, HeatChart, Level, Look, Map, Mark, PURPLE,
-    Plot, PlotRow, Reduction, Role, SKY, Series, VERMILLION, around, extent, magnitudes, ordinary,
+    Plot, PlotRow, Reduction, Role, SKY, Series, VERMILLION, around, magnitudes, ordinary,
 };
 
 /// Budgets with their names.
@@ -85,14 +85,11 @@ pub(super) fn figures(budgets: &[Named]) -> Vec<FigureLayout> {
     ];
     let others = [&POWER_FLOW, &SPECTRUM, &SPECTRAL_FLUX, &SCALE_FLUX];
     let others = others.map(|kind| maps(budgets, kind));
-    let figures = figures.into_iter().chain(others).flatten();
+    let mut figures: Vec<FigureLayout> = figures.into_iter().chain(others).flatten().collect();
+    for figure in &mut figures {
+        figure.is_on_page_only |= budgets.len() > 1 && figure.name != "views";
+    }
     figures
-        .map(|figure| FigureLayout {
-            is_on_page_only: figure.is_on_page_only
-                || (budgets.len() > 1 && figure.name != "views"),
-            ..figure
-        })
-        .collect()
 }
 
 fn figure(
@@ -152,11 +149,8 @@ fn maps(budgets: &[Named], kind: &Kind) -> Option<FigureLayout> {
             ..HeatChart::of(map)
         }
     });
-    let scales = found[0]
-        .1
-        .scales
-        .as_ref()
-        .filter(|_| kind.name == "scale-flux");
+    let scales = found[0].1.scales.as_ref();
+    let scales = scales.filter(|_| kind.name == "scale-flux");
     let title = scales.map_or(kind.title.to_owned(), |found| {
         let of = found.scales.iter().find(|of| of.scale == found.map_scale);
         let cutoff = of.map_or(f64::NAN, |of| of.cutoff_wavenumber);
@@ -175,42 +169,37 @@ fn maps(budgets: &[Named], kind: &Kind) -> Option<FigureLayout> {
     ))
 }
 
-/// The curves of budgets: one colour for each quantity, the second budget's dashed.
-struct Curves<'a> {
-    budgets: &'a [Named<'a>],
-    series: Vec<Series>,
-}
+/// What a curve is, its colour, and its points of a budget that has them.
+type Curve<'a> = (&'a str, usize, &'a dyn Fn(&Budget) -> Option<Points>);
 
-impl Curves<'_> {
-    fn add(&mut self, what: &str, colour: usize, of: impl Fn(&Budget) -> Option<Points>) {
-        for (n, (name, budget)) in self.budgets.iter().enumerate() {
-            let label = match self.budgets.len() {
-                1 => what.to_owned(),
-                _ => format!("{name}: {what}"),
-            };
-            let look = if n == 0 { Look::Line } else { Look::Dashed };
-            let series = of(budget).map(|points| Series::line(label, colour, points).with(look));
-            self.series.extend(series);
-        }
+/// A chart around zero of curves: one colour for each quantity, the second budget's dashed.
+fn chart(
+    budgets: &[Named],
+    caption: &str,
+    (x_label, role): (String, Role),
+    y_label: String,
+    curves: &[Curve],
+) -> Chart {
+    let each = curves.iter().flat_map(|curve| {
+        let budgets = budgets.iter().enumerate();
+        budgets.map(move |(n, (name, budget))| (curve, n, *name, *budget))
+    });
+    let series = each.filter_map(|((what, colour, of), n, name, budget)| {
+        let label = match budgets.len() {
+            1 => (*what).to_owned(),
+            _ => format!("{name}: {what}"),
+        };
+        let look = if n == 0 { Look::Line } else { Look::Dashed };
+        Some(Series::line(label, *colour, of(budget)?).with(look))
+    });
+    let chart = Chart::of("", x_label, y_label, series.collect());
+    let points = chart.series.iter().flat_map(|series| &series.points);
+    Chart {
+        caption: caption.into(),
+        y: around(points.map(|point| point.1)),
+        role: Some(role),
+        ..chart
     }
-
-    /// A chart around zero.
-    fn chart(self, caption: &str, (x_label, role): (String, Role), y_label: String) -> Chart {
-        let chart = Chart::of("", x_label, y_label, self.series);
-        let points = || chart.series.iter().flat_map(|series| &series.points);
-        Chart {
-            caption: caption.into(),
-            x: extent(points().map(|point| point.0)),
-            y: around(points().map(|point| point.1)),
-            role: Some(role),
-            ..chart
-        }
-    }
-}
-
-fn curves<'a>(budgets: &'a [Named<'a>]) -> Curves<'a> {
-    let series = Vec::new();
-    Curves { budgets, series }
 }
 
 fn over(x: &[f64], y: impl IntoIterator<Item = f64>) -> Points {
@@ -220,45 +209,47 @@ fn over(x: &[f64], y: impl IntoIterator<Item = f64>) -> Points {
 /// Motion, contacts, losses and input over time.
 fn energies(budgets: &[Named]) -> FigureLayout {
     let units = &budgets[0].1.units;
-    let mut curves = curves(budgets);
     let any = |budget: &Budget, values: &[f64]| {
         let is_any = values.iter().any(|value| *value != 0.0);
         is_any.then(|| over(&budget.time, values.iter().copied()))
     };
-    curves.add("in the chain", BLACK, |b| Some(over(&b.time, b.energies())));
-    curves.add("of motion", BLUE, |b| any(b, &b.kinetic));
-    curves.add("of contacts", VERMILLION, |b| any(b, &b.contact));
-    curves.add("lost", GREEN, |b| any(b, &b.lost));
-    curves.add("put in", PURPLE, |b| any(b, &b.input));
     let caption =
         "What the chain holds, in motion and in contacts, what it has lost, and what was put in.";
-    let chart = curves.chart(caption, (units.time(), Role::Time), units.energy("energy"));
-    figure(
-        "energies",
-        "Energy over time",
-        vec![PlotRow::of([chart])],
-        Vec::new(),
-    )
+    let (time, energy) = ((units.time(), Role::Time), units.energy("energy"));
+    let curves: [Curve; 5] = [
+        ("in the chain", BLACK, &|b| {
+            Some(over(&b.time, b.energies()))
+        }),
+        ("of motion", BLUE, &|b| any(b, &b.kinetic)),
+        ("of contacts", VERMILLION, &|b| any(b, &b.contact)),
+        ("lost", GREEN, &|b| any(b, &b.lost)),
+        ("put in", PURPLE, &|b| any(b, &b.input)),
+    ];
+    let rows = vec![PlotRow::of([chart(
+        budgets, caption, time, energy, &curves,
+    )])];
+    figure("energies", "Energy over time", rows, Vec::new())
 }
 
 /// By how many normal modes the energy is shared over time, and by how many in equilibrium; `None` without modes.
 fn modes(budgets: &[Named]) -> Option<FigureLayout> {
     let (_, first) = budgets.iter().find(|(_, budget)| budget.modes.is_some())?;
-    let mut curves = curves(budgets);
-    curves.add("modes", BLUE, |budget| {
-        let shared = budget.modes.as_ref()?.entropy.iter();
-        Some(over(&budget.time, shared.map(|entropy| entropy.exp())))
-    });
-    curves.add("in equilibrium", VERMILLION, |budget| {
-        let equilibrium = budget.modes.as_ref()?.equilibrium.exp();
-        let ends = [*budget.time.first()?, *budget.time.last()?];
-        equilibrium
-            .is_finite()
-            .then(|| over(&ends, [equilibrium; 2]))
-    });
     let caption = "exp(S), S the entropy of the shares of the normal modes: 1 where one mode holds all of it. Beside it \
                    the mean of a chain in equilibrium.";
-    let chart = curves.chart(caption, (first.units.time(), Role::Time), "modes".into());
+    let curves: [Curve; 2] = [
+        ("modes", BLUE, &|budget| {
+            let shared = budget.modes.as_ref()?.entropy.iter();
+            Some(over(&budget.time, shared.map(|entropy| entropy.exp())))
+        }),
+        ("in equilibrium", VERMILLION, &|budget| {
+            let equilibrium = budget.modes.as_ref()?.equilibrium.exp();
+            let ends = [*budget.time.first()?, *budget.time.last()?];
+            let is_known = equilibrium.is_finite();
+            is_known.then(|| over(&ends, [equilibrium; 2]))
+        }),
+    ];
+    let time = (first.units.time(), Role::Time);
+    let chart = chart(budgets, caption, time, "modes".into(), &curves);
     let rows = vec![PlotRow::of([chart.logarithmic()])];
     Some(FigureLayout {
         is_on_page_only: true,
@@ -275,30 +266,27 @@ fn at_contacts(budget: &Budget, values: &[f64]) -> Points {
 /// Energy passed by the end through each contact, in either band, and what stayed behind.
 fn passed(budgets: &[Named]) -> FigureLayout {
     let units = &budgets[0].1.units;
-    let mut curves = curves(budgets);
-    let band = |of: fn(&FrequencyFlow) -> &Vec<f64>| {
-        move |b: &Budget| Some(at_contacts(b, of(b.frequency.as_ref()?)))
+    let band = |b: &Budget, of: fn(&FrequencyFlow) -> &Vec<f64>| {
+        Some(at_contacts(b, of(b.frequency.as_ref()?)))
     };
     let low = match &budgets[0].1.frequency {
         Some(flow) => format!("low band (up to {:.3})", flow.edge),
         None => String::new(),
     };
-    curves.add("passed by the end", BLACK, |b| {
-        Some(at_contacts(b, &b.passed))
-    });
-    curves.add(&low, BLUE, band(|flow| &flow.low));
-    curves.add("high band", VERMILLION, band(|flow| &flow.high));
-    curves.add("held behind at the end", GREEN, |b| {
-        Some(at_contacts(b, &b.left_behind))
-    });
+    let curves: [Curve; 4] = [
+        ("passed by the end", BLACK, &|b| {
+            Some(at_contacts(b, &b.passed))
+        }),
+        (&low, BLUE, &|b| band(b, |flow| &flow.low)),
+        ("high band", VERMILLION, &|b| band(b, |flow| &flow.high)),
+        ("held behind at the end", GREEN, &|b| {
+            Some(at_contacts(b, &b.left_behind))
+        }),
+    ];
     let caption = "Energy that has passed each contact by the end of the record, split at the band edge, and \
                    what the bodies behind it hold.";
-    let x = (units.position(), Role::Position);
-    let rows = vec![PlotRow::of([curves.chart(
-        caption,
-        x,
-        units.energy("energy"),
-    )])];
+    let (x, y) = ((units.position(), Role::Position), units.energy("energy"));
+    let rows = vec![PlotRow::of([chart(budgets, caption, x, y, &curves)])];
     let notes = residuals(budgets, |closure| &closure.frequency);
     figure("energy-passed", "Energy passed along x", rows, notes)
 }
@@ -306,52 +294,41 @@ fn passed(budgets: &[Named]) -> FigureLayout {
 /// Energy that has passed from low to high k, out of the scales larger than l, and through x, as
 /// shares of the largest energy; `None` without a budget over wavenumbers.
 fn views(budgets: &[Named]) -> Option<FigureLayout> {
-    let found = budgets
-        .iter()
-        .find(|(_, budget)| budget.wavenumber.is_some());
-    let units = &found?.1.units;
-    let mut fluxes = curves(budgets);
-    let over_k = |flux: fn(&WavenumberBudget) -> &Vec<f64>| {
-        move |budget: &Budget| {
-            let found = budget.wavenumber.as_ref()?;
-            let shares = flux(found).iter().map(|flux| flux / budget.scale);
-            Some(over(&found.wavenumber, shares))
-        }
+    let (_, first) = budgets.iter().find(|(_, of)| of.wavenumber.is_some())?;
+    let units = &first.units;
+    let shares = |budget: &Budget, values: &[f64]| -> Vec<f64> {
+        values.iter().map(|value| value / budget.scale).collect()
     };
-    fluxes.add(
-        "over k, whole record",
-        BLACK,
-        over_k(|found| &found.integrated_flux),
-    );
-    fluxes.add(
-        "over k, second half",
-        BLUE,
-        over_k(|found| &found.late_flux),
-    );
-    fluxes.add("over 2π/l", SKY, |budget| {
-        let found = budget.scales.as_ref()?;
-        let k: Vec<f64> = found.scales.iter().map(|of| 2.0 * PI / of.scale).collect();
-        let shares = found.integrated_flux.iter().map(|flux| flux / budget.scale);
-        Some(over(&k, shares))
-    });
-    let mut passed = curves(budgets);
-    passed.add("passed x", BLUE, |budget| {
-        let shares: Vec<f64> = budget.passed.iter().map(|of| of / budget.scale).collect();
-        Some(at_contacts(budget, &shares))
-    });
+    let over_k = |budget: &Budget, flux: fn(&WavenumberBudget) -> &Vec<f64>| {
+        let found = budget.wavenumber.as_ref()?;
+        Some(over(&found.wavenumber, shares(budget, flux(found))))
+    };
+    let fluxes: [Curve; 3] = [
+        ("over k, whole record", BLACK, &|b| {
+            over_k(b, |found| &found.integrated_flux)
+        }),
+        ("over k, second half", BLUE, &|b| {
+            over_k(b, |found| &found.late_flux)
+        }),
+        ("over 2π/l", SKY, &|budget| {
+            let found = budget.scales.as_ref()?;
+            let k: Vec<f64> = found.scales.iter().map(|of| 2.0 * PI / of.scale).collect();
+            Some(over(&k, shares(budget, &found.integrated_flux)))
+        }),
+    ];
+    let passed: [Curve; 1] = [("passed x", BLUE, &|budget| {
+        Some(at_contacts(budget, &shares(budget, &budget.passed)))
+    })];
     let caption = "Net energy that has passed k towards higher k, as a share of the largest energy: over the \
                    whole record, and over its second half, when the impact is taken up. Beside it what has left \
                    the scales larger than l for smaller ones, where the filter fits into the chain.";
-    let along_k = fluxes.chart(
-        caption,
-        (units.wavenumber(), Role::Wavenumber),
-        "passed to higher k, or smaller scales (share of the energy)".into(),
-    );
-    let along_x = passed.chart(
-        "Energy that has passed x by the end, as a share of the largest energy.",
-        (units.position(), Role::Position),
-        "passed through x (share of the energy)".into(),
-    );
+    let k = (units.wavenumber(), Role::Wavenumber);
+    let y = "passed to higher k, or smaller scales (share of the energy)";
+    let along_k = chart(budgets, caption, k, y.into(), &fluxes);
+    let caption = "Energy that has passed x by the end, as a share of the largest energy.";
+    let x = (units.position(), Role::Position);
+    let y = "passed through x (share of the energy)";
+    let along_x = chart(budgets, caption, x, y.into(), &passed);
     let charts = [(along_k, "to higher wavenumber"), (along_x, "along x")];
     let rows = charts.map(|(chart, title)| {
         PlotRow::of([Plot::from(Chart {

@@ -45,23 +45,22 @@ impl Grid {
 
 /// Adds `weight T(k | p, q)` to the column of the larger partner p, of sums and of differences.
 pub(super) fn add_pairs(grid: &Grid, k: usize, at: &Components, weight: f64, row: &mut [f64]) {
-    let own = Own::of(at, k);
     // The largest component has the sums of both signs.
     let sign = if k == 0 { 1.0 } else { 2.0 };
     let scale = weight * sign * at.scale / 3.0;
     let half = k.div_ceil(2);
     for (p, cell) in (half..).zip(&mut row[half..=k]) {
-        let (value, rate) = at.pair(p, k - p, 1.0);
+        let pair = at.pair(p, k - p, 1.0);
         // The largest component with the mean is the same for both signs.
         let is_own = 2 * p == k || (p == k && grid.has_largest(k));
         let orders = if is_own { 1.0 } else { 2.0 };
-        *cell += orders * scale * own.transfer(value, rate);
+        *cell += orders * scale * at.transfer(k, pair);
     }
     for (p, cell) in (k + 1..).zip(&mut row[k + 1..]) {
-        let (value, rate) = at.pair(p, p - k, -1.0);
+        let pair = at.pair(p, p - k, -1.0);
         let is_own = k == 0 && grid.has_largest(p);
         let orders = if is_own { 1.0 } else { 2.0 };
-        *cell += orders * scale * own.transfer(value, rate);
+        *cell += orders * scale * at.transfer(k, pair);
     }
 }
 
@@ -71,7 +70,6 @@ pub(super) fn add_wrapped(grid: &Grid, k: usize, at: &Components, weight: f64, r
         return;
     }
     let most = (grid.points - 1) / 2;
-    let own = Own::of(at, k);
     let scale = weight * fold(k, grid.points) * at.scale / 3.0;
     let sum = grid.points - k;
     let half = sum.div_ceil(2);
@@ -81,34 +79,18 @@ pub(super) fn add_wrapped(grid: &Grid, k: usize, at: &Components, weight: f64, r
         let ([re, im], [rate_re, rate_im]) = at.pair(p, q, 1.0);
         let orders = if p == q { 1.0 } else { 2.0 };
         // Both partners have negative wavenumbers.
-        *cell += orders * scale * own.transfer([re, -im], [rate_re, -rate_im]);
-    }
-}
-
-/// `conj(a_k)` and its rate.
-struct Own {
-    value: [f64; 2],
-    rate: [f64; 2],
-}
-
-impl Own {
-    fn of(at: &Components, k: usize) -> Own {
-        let one = |[re, im]: &[Vec<f64>; 2]| [re[k], im[k]];
-        Own {
-            value: one(&at.value),
-            rate: one(&at.rate),
-        }
-    }
-
-    /// `Re(conj(a_k) D - 2 conj(a_k') P)` of a product P and its rate D.
-    #[inline]
-    fn transfer(&self, product: [f64; 2], rate: [f64; 2]) -> f64 {
-        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-        dot(self.value, rate) - 2.0 * dot(self.rate, product)
+        *cell += orders * scale * at.transfer(k, ([re, -im], [rate_re, -rate_im]));
     }
 }
 
 impl Components {
+    /// `Re(conj(a_k) D - 2 conj(a_k') P)` of a product P and its rate D.
+    #[inline]
+    fn transfer(&self, k: usize, (product, rate): ([f64; 2], [f64; 2])) -> f64 {
+        let dot = |[re, im]: &[Vec<f64>; 2], b: [f64; 2]| re[k] * b[0] + im[k] * b[1];
+        dot(&self.value, rate) - 2.0 * dot(&self.rate, product)
+    }
+
     /// The product `a_p a_q` and its rate; with `sign` -1 that of `a_p conj(a_q)`.
     #[inline]
     fn pair(&self, p: usize, q: usize, sign: f64) -> ([f64; 2], [f64; 2]) {
@@ -161,17 +143,14 @@ mod tests {
                 components: n,
             };
             let mut random = Random::new(points as u64);
-            let mut row = |is_real: fn(usize, usize) -> bool| -> Vec<f64> {
-                let value = |k| {
-                    if is_real(k, points) {
-                        0.0
-                    } else {
-                        random.normal()
-                    }
-                };
-                (0..n).map(value).collect()
+            let mut rows = || {
+                let mut rows = [0, 1].map(|_| (0..n).map(|_| random.normal()).collect());
+                let [_, imaginary]: &mut [Vec<f64>; 2] = &mut rows;
+                (0..n)
+                    .filter(|k| 2 * k % points == 0)
+                    .for_each(|k| imaginary[k] = 0.0);
+                rows
             };
-            let mut rows = || [row(|_, _| false), row(|k, n| 2 * k % n == 0)];
             let at = Components {
                 value: rows(),
                 rate: rows(),

@@ -36,12 +36,9 @@ impl Locality {
             };
             gained[group][k] += energy;
         }
-        let from = |group| {
-            if group == octaves {
-                0.0
-            } else {
-                f64::from(2 << group)
-            }
+        let from = |group| match group == octaves {
+            true => 0.0,
+            false => f64::from(2 << group),
         };
         let groups = gained.iter().enumerate();
         let mut groups: Vec<_> = groups.map(|(i, gained)| (from(i), past(gained))).collect();

@@ -93,21 +93,17 @@ impl Triads {
     /// What the change has beside the quadratic transfer and the rest of the law: losses, drives, ends, sampling.
     pub fn unexplained(&self) -> Vec<f64> {
         let beyond = |k: usize| self.beyond.as_ref().map_or(0.0, |beyond| beyond[k]);
-        let change = self.change.iter().zip(&self.gained).enumerate();
-        change
-            .map(|(k, (change, gained))| change - (gained + beyond(k)))
-            .collect()
+        let unexplained = |k: usize| self.change[k] - (self.gained[k] + beyond(k));
+        (0..self.change.len()).map(unexplained).collect()
     }
 
     /// What terms beyond the quadratic one moved, as a share of what it moved.
     pub fn share_beyond(&self) -> f64 {
         let moved = |values: &[f64]| values.iter().map(|value| value.abs()).sum::<f64>();
         let beyond = self.beyond.as_deref().map_or(0.0, moved);
-        let quadratic = moved(&self.gained);
-        if beyond == 0.0 {
-            0.0
-        } else {
-            beyond / quadratic
+        match beyond == 0.0 {
+            true => 0.0,
+            false => beyond / moved(&self.gained),
         }
     }
 
@@ -167,16 +163,14 @@ pub fn chain_triads(
 ) -> Result<Triads> {
     motion.check()?;
     let chain = QuadraticChain::of(motion)?;
-    if !(pitch > 0.0 && pitch.is_finite()) {
-        return Err(Error::request("pitch", "a positive length", pitch));
-    }
+    let is_length = pitch > 0.0 && pitch.is_finite();
+    Error::require(is_length, "pitch", "a positive length", pitch)?;
     let samples = motion.samples();
     let window = request.window.clone().unwrap_or(0..samples);
-    if window.end > samples || window.len() < 3 {
-        let expected = format!("three samples or more within 0:{samples}");
-        let found = format!("{}:{}", window.start, window.end);
-        return Err(Error::request("window-samples", expected, found));
-    }
+    let fits = window.end <= samples && window.len() >= 3;
+    let expected = format!("three samples or more within 0:{samples}");
+    let found = format!("{}:{}", window.start, window.end);
+    Error::require(fits, "window-samples", expected, found)?;
     let n = chain.grid.components;
     let needed = 8 * (2 * n * n + BLOCK * 6 * n) as u64;
     let allowed = request.memory.unwrap_or_else(half_of_free_memory);
@@ -192,6 +186,12 @@ pub fn chain_triads(
     in_pool(request.threads, || {
         integrate(&chain, maps, window, pitch, request, observer)
     })
+}
+
+/// The largest magnitude.
+fn largest<'v>(values: impl IntoIterator<Item = &'v f64>) -> f64 {
+    let values = values.into_iter();
+    values.fold(0.0, |most: f64, value| most.max(value.abs()))
 }
 
 /// Samples whose coefficients are at hand at once.
@@ -263,20 +263,14 @@ fn integrate(
     let transfer = matrix(transfer);
     let umklapp = matrix(umklapp);
     let sum = |map: &Array2<f64>, k: usize| crate::numeric::sum(&map.row(k).to_vec());
-    let gained: Vec<f64> = (0..n)
-        .map(|k| sum(&transfer, k) + sum(&umklapp, k))
-        .collect();
-    let largest = |values: &[f64]| {
-        values
-            .iter()
-            .fold(0.0, |most: f64, value| most.max(value.abs()))
-    };
+    let gained = (0..n).map(|k| sum(&transfer, k) + sum(&umklapp, k));
+    let gained: Vec<f64> = gained.collect();
     let flux = past(&gained);
     let pairs = total.iter().zip(&coarser);
     let differences: Vec<f64> = pairs.map(|(a, b)| (a - b) / 3.0).collect();
     let relative = |off: f64, of: f64| if off == 0.0 { 0.0 } else { off / of };
     let off: Vec<f64> = gained.iter().zip(&total).map(|(a, b)| a - b).collect();
-    let scale = largest(transfer.as_slice().unwrap_or_default());
+    let scale = largest(&transfer);
     Ok(Triads {
         law: source.law,
         units: request.units.clone(),

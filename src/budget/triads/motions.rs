@@ -8,8 +8,8 @@ use num_complex::Complex;
 use super::QuadraticLaw;
 use super::kernel::{Components, Grid};
 use crate::budget::contacts::{ContactState, Contacts};
+use crate::budget::modes::forward;
 use crate::budget::motion::Motion;
-use crate::budget::tendency::forward;
 use crate::budget::wavenumber::dot;
 use crate::chain::{Chain, Ends, Law};
 use crate::error::{Error, Result};
@@ -38,29 +38,22 @@ impl<'a> QuadraticChain<'a> {
             Ends::Fixed { left_coefficient } => std::slice::from_ref(left_coefficient),
             _ => &[],
         };
+        let coefficients = chain.coefficient.iter().chain(left);
         for (what, mut all, first) in [
             ("masses", chain.mass.iter().chain(&[]), mass),
-            (
-                "coefficients",
-                chain.coefficient.iter().chain(left),
-                coefficient,
-            ),
+            ("coefficients", coefficients, coefficient),
         ] {
             if let Some(other) = all.find(|other| (**other - first).abs() > EQUAL * first) {
                 let expected = "equal masses and equal contacts, whose waves are sines";
-                return Err(Error::request(
-                    RUN,
-                    expected,
-                    format!("{what} {first} and {other}"),
-                ));
+                let found = format!("{what} {first} and {other}");
+                return Err(Error::request(RUN, expected, found));
             }
         }
         let (linear, quadratic) = expansion(chain, coefficient)?;
         let sites = chain.n_sites();
-        let points = if left.is_empty() {
-            sites
-        } else {
-            2 * (sites + 1)
+        let points = match left.is_empty() {
+            true => sites,
+            false => 2 * (sites + 1),
         };
         Error::require(points >= 3, RUN, "three or more", sites)?;
         Ok(QuadraticChain {
@@ -113,17 +106,15 @@ fn expansion(chain: &Chain, coefficient: f64) -> Result<(f64, f64)> {
         return Err(Error::request(RUN, expected, found));
     };
     let d0 = law.static_overlap(coefficient, chain.precompression);
-    match law.quadratic(coefficient, d0) {
-        Some(quadratic) if quadratic != 0.0 => Ok((law.stiffness(coefficient, d0, 0.0), quadratic)),
-        found => Err(Error::request(
-            RUN,
-            "contacts with a quadratic term about their static state: precompressed ones, or springs with alpha",
-            match found {
-                None => "contacts that just touch, whose force has no expansion in powers",
-                Some(_) => "a force without one, so that no triads exchange energy",
-            },
-        )),
-    }
+    let quadratic = law.quadratic(coefficient, d0);
+    let expected = "contacts with a quadratic term about their static state: precompressed ones, or springs with alpha";
+    let found = match quadratic {
+        None => "contacts that just touch, whose force has no expansion in powers",
+        Some(_) => "a force without one, so that no triads exchange energy",
+    };
+    let quadratic = quadratic.filter(|quadratic| *quadratic != 0.0);
+    let quadratic = quadratic.ok_or_else(|| Error::request(RUN, expected, found))?;
+    Ok((law.stiffness(coefficient, d0, 0.0), quadratic))
 }
 
 impl QuadraticChain<'_> {
@@ -150,9 +141,8 @@ impl QuadraticChain<'_> {
         let law = self.law;
         let product: Vec<f64> = r.iter().map(|r| law.quadratic * r * r).collect();
         let rates = r.iter().zip(closing);
-        let product_rate: Vec<f64> = rates
-            .map(|(r, rate)| 2.0 * law.quadratic * r * rate)
-            .collect();
+        let rates = rates.map(|(r, rate)| 2.0 * law.quadratic * r * rate);
+        let product_rate: Vec<f64> = rates.collect();
         let forces = state.elastic.iter().zip(r).zip(&product);
         let rest = forces.map(|((force, r), product)| force - law.linear * r - product);
         let rest: Vec<f64> = rest.collect();
@@ -176,10 +166,8 @@ impl QuadraticChain<'_> {
         let beyond = |k: usize| -weight(k) * dot(rate[k], rest[k]);
         let all = 0..self.grid.components;
         let parts = |of: &[Complex<f64>]| {
-            [
-                of.iter().map(|z| z.re).collect(),
-                of.iter().map(|z| z.im).collect(),
-            ]
+            let (re, im) = of.iter().map(|z| (z.re, z.im)).unzip();
+            [re, im]
         };
         Components {
             energy: all.clone().map(energy).collect(),

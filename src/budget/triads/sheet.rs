@@ -3,7 +3,7 @@
 use ndarray::Array2;
 use serde_json::json;
 
-use super::Triads;
+use super::{Triads, largest};
 use crate::sheet::{
     BLUE, Chart, Colors, Describe, GREEN, HeatChart, Look, Mark, PURPLE, PlotRow, Role, SKY,
     Series, Sheet, VERMILLION, number, percent,
@@ -89,8 +89,7 @@ impl Describe for Triads {
 impl Triads {
     /// The largest change of energy of a wavenumber for other reasons.
     fn largest_unexplained(&self) -> f64 {
-        let all = self.unexplained();
-        all.iter().fold(0.0, |m: f64, value| m.max(value.abs()))
+        largest(&self.unexplained())
     }
 
     fn is_told(&self) -> bool {
@@ -169,10 +168,9 @@ impl Triads {
 
     /// Wavenumbers up to the last one that takes part.
     fn shown(&self) -> usize {
-        let rows = self.transfer.rows().into_iter();
-        let sizes = rows.map(|row| row.iter().fold(0.0, |m: f64, value| m.max(value.abs())));
+        let sizes = self.transfer.rows().into_iter().map(largest);
         let sizes: Vec<f64> = sizes.take(self.gained.len()).collect();
-        let most = sizes.iter().fold(0.0, |m: f64, size| m.max(*size));
+        let most = largest(&sizes);
         let last = sizes.iter().rposition(|size| *size > SHOWN * most);
         (last.unwrap_or(0) + 2).clamp(3.min(sizes.len()), sizes.len())
     }
@@ -184,9 +182,8 @@ impl Triads {
             true => f64::NAN,
             false => (self.transfer[[k, p]] + self.umklapp[[k, p]]) / self.energy,
         });
-        let known = values.iter().filter(|v| v.is_finite());
-        let largest = known.fold(0.0, |m: f64, v| m.max(v.abs()));
-        let largest = if largest > 0.0 { largest } else { 1.0 };
+        let most = largest(values.iter().filter(|v| v.is_finite()));
+        let most = if most > 0.0 { most } else { 1.0 };
         let step = self.wavenumber[1];
         let ends = -0.5 * step..(n as f64 - 0.5) * step;
         let label = self.units.wavenumber();
@@ -199,7 +196,7 @@ impl Triads {
             x: ends.clone(),
             y: ends,
             values,
-            colors: Colors::Between(-largest..largest),
+            colors: Colors::Between(-most..most),
             roles: Some([Role::Wavenumber; 2]),
             ..HeatChart::default()
         }
@@ -208,10 +205,8 @@ impl Triads {
     /// Shares of the energy over the wavenumbers that are shown.
     fn shares(&self, label: &str, colour: usize, values: &[f64]) -> Series {
         let n = self.shown();
-        let shares: Vec<f64> = values[..n]
-            .iter()
-            .map(|value| value / self.energy)
-            .collect();
+        let shares = values[..n].iter().map(|value| value / self.energy);
+        let shares: Vec<f64> = shares.collect();
         Series::of(label, colour, &self.wavenumber[..n], &shares)
     }
 
@@ -233,9 +228,8 @@ impl Triads {
     fn flux_chart(&self) -> Chart {
         let sum = |wanted: &dyn Fn(f64) -> bool| -> Vec<f64> {
             let groups = || self.locality.flux.iter().filter(|(from, _)| wanted(*from));
-            (0..self.flux.len())
-                .map(|k| groups().map(|(_, flux)| flux[k]).sum())
-                .collect()
+            let at = |k: usize| groups().map(|(_, flux)| flux[k]).sum();
+            (0..self.flux.len()).map(at).collect()
         };
         let mut series = vec![self.shares("all triads", PURPLE, &self.flux)];
         for (label, colour, ratios) in [
@@ -247,7 +241,6 @@ impl Triads {
             series.push(self.shares(label, colour, &flux));
         }
         let others = sum(&|from| from.is_nan() || from == 0.0);
-        let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         if largest(&others) > 1e-3 * largest(&self.flux) {
             series.push(self.shares("with k = 0, umklapp", SKY, &others));
         }

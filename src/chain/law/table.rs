@@ -1,7 +1,7 @@
 //! A measured law: forces at overlaps.
 
 use super::ContactLaw;
-use crate::chain::lattice::refuse;
+use crate::chain::lattice::all_are;
 use crate::error::{Error, Result};
 use crate::numeric::{Jet, Real};
 
@@ -42,19 +42,21 @@ impl Table {
         let found = format!("{n} overlaps and {} forces", force.len());
         let expected = "a table of two rows or more, overlap and force";
         Error::require(n == force.len() && n >= 2, "law", expected, found)?;
-        let mut all = overlap.iter().chain(&force);
-        if let Some(value) = all.find(|value| !value.is_finite()) {
-            return Err(refuse("law", "a table of finite numbers", value));
-        }
+        let finite = ("law", "a table of finite numbers");
+        all_are(finite, overlap.iter().chain(&force), f64::is_finite)?;
         if let Some(pair) = overlap.windows(2).find(|pair| pair[1] <= pair[0]) {
             let found = format!("{} after {}", pair[1], pair[0]);
-            return Err(refuse("law", "a table of overlaps that grow", found));
+            return Err(Error::request(
+                "law",
+                "a table of overlaps that grow",
+                found,
+            ));
         }
         let zero = overlap.iter().position(|delta| *delta == 0.0);
         let Some(zero) = zero.filter(|zero| force[*zero] == 0.0) else {
             let found = zero.map_or("no such row".into(), |zero| force[zero].to_string());
             let expected = "a table with no force at the overlap 0";
-            return Err(refuse("law", expected, found));
+            return Err(Error::request("law", expected, found));
         };
         let slope = slopes(&overlap, &force);
         let line = |i: usize| Piece {
@@ -128,9 +130,8 @@ fn slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
 impl ContactLaw for Table {
     fn text(&self) -> String {
         let rows = self.pieces[1..].iter();
-        let rows: Vec<String> = rows
-            .map(|at| format!("{} {}", at.point, at.terms[0]))
-            .collect();
+        let rows = rows.map(|at| format!("{} {}", at.point, at.terms[0]));
+        let rows: Vec<String> = rows.collect();
         format!("table {}", rows.join(", "))
     }
 

@@ -1,7 +1,6 @@
 //! Laws as scenes name them.
 
 use super::Law;
-use crate::chain::lattice::refuse;
 use crate::error::{Error, Result, nearest_key, one_of_words};
 use crate::formula::is_free;
 
@@ -62,13 +61,13 @@ impl Law {
                 true => {
                     let words = one_of_words(word, &WORDS.map(|(known, ..)| known));
                     let expected = format!("{words}, or a formula of the overlap `d`");
-                    refuse("law", &expected, format!("`{word}`"))
+                    Error::request("law", &expected, format!("`{word}`"))
                 }
                 false => error,
             });
         };
         let expected = || format!("`{word}` as in `{example}`");
-        law(rest)?.ok_or_else(|| refuse("law", &expected(), format!("`{text}`")))
+        law(rest)?.ok_or_else(|| Error::request("law", &expected(), format!("`{text}`")))
     }
 }
 

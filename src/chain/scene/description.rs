@@ -99,7 +99,7 @@ impl Setup {
             ("resonator_velocity", resonators),
             ("resonator_displacement", resonators && record.displacement),
         ];
-        let kept = kept.into_iter();
+        let kept = kept.into_iter().filter(|(_, kept)| *kept);
         let ground = chain.on_site.ground.as_ref();
         Description {
             units: self.units,
@@ -138,9 +138,7 @@ impl Setup {
                 EndTime::Arrival => None,
             },
             samples: simulation.samples,
-            record: kept
-                .filter_map(|(name, kept)| kept.then_some(name))
-                .collect(),
+            record: kept.map(|(name, _)| name).collect(),
             memory: simulation.bytes(),
             work: simulation.work(),
         }

@@ -4,6 +4,7 @@ use super::check::Check;
 use super::{DriveTyped, EndsTyped, Units, WaveformTyped};
 use crate::chain::{Drive, Waveform};
 use crate::error::{Error, Result};
+use crate::sheet::name_of;
 
 /// Parts of a time between values, in units of their median: a longer one is a gap.
 const GAP: f64 = 20.0;
@@ -76,12 +77,7 @@ fn waveform(check: Check, typed: DriveTyped) -> Result<(Waveform, String)> {
         scene.drive_end_frequency.map(|m| m.value),
         scene.drive_duration.map(|m| m.value),
     ];
-    let name = toml::Value::try_from(kind).ok();
-    let name = name
-        .as_ref()
-        .and_then(toml::Value::as_str)
-        .unwrap_or_default();
-    let mut about = format!("{name} of amplitude {amplitude}{unit}");
+    let mut about = format!("{} of amplitude {amplitude}{unit}", name_of(&kind));
     let mut take = |key: &str, typed: Option<f64>, unit: &str| {
         let value = check.need(key, typed, "it beside this waveform")?;
         let name = key.trim_start_matches("drive_").replace('_', " ");
@@ -119,12 +115,8 @@ fn waveform(check: Check, typed: DriveTyped) -> Result<(Waveform, String)> {
             }
             let seed = scene.drive_seed.or(scene.seed).unwrap_or(0);
             about += &format!(" (root mean square), band {low} to {high}{hertz}");
-            Waveform::noise(
-                amplitude,
-                [low, high],
-                seed,
-                duration.unwrap_or(f64::INFINITY),
-            )
+            let duration = duration.unwrap_or(f64::INFINITY);
+            Waveform::noise(amplitude, [low, high], seed, duration)
         }
         WaveformTyped::Values => return values(check, amplitude, seconds),
     };
@@ -134,11 +126,8 @@ fn waveform(check: Check, typed: DriveTyped) -> Result<(Waveform, String)> {
 /// The spline through typed values.
 fn values(check: Check, factor: f64, seconds: &str) -> Result<(Waveform, String)> {
     let scene = check.scene;
-    let times = check.need(
-        "drive_times",
-        scene.drive_times.as_ref(),
-        "the times of the values",
-    )?;
+    let expected = "the times of the values";
+    let times = check.need("drive_times", scene.drive_times.as_ref(), expected)?;
     let expected = "the drive at the times, or a `drive_file`";
     let values = check.need("drive_values", scene.drive_values.as_ref(), expected)?;
     if values.len() != times.len() {
@@ -148,10 +137,8 @@ fn values(check: Check, factor: f64, seconds: &str) -> Result<(Waveform, String)
     let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_by(f64::total_cmp);
     let median = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
-    if let Some(at) = times
-        .windows(2)
-        .find(|at| at[1] - at[0] > GAP * median && median > 0.0)
-    {
+    let is_gap = |at: &&[f64]| at[1] - at[0] > GAP * median && median > 0.0;
+    if let Some(at) = times.windows(2).find(is_gap) {
         let expected = format!("times at most {GAP} times as far apart as most of them");
         let found = format!("a gap from {} to {}", at[0], at[1]);
         return Err(check.fault("drive_times", expected, found));
@@ -160,12 +147,8 @@ fn values(check: Check, factor: f64, seconds: &str) -> Result<(Waveform, String)
     let waveform = Waveform::through(times, &scaled);
     let waveform = waveform.map_err(|error| check.named(error, "drive_values"))?;
     if waveform.end() <= 0.0 {
-        let expected = "times after 0, when the run begins";
-        return Err(check.fault(
-            "drive_times",
-            expected,
-            format!("all before {}", waveform.end()),
-        ));
+        let (expected, found) = ("times after 0, when the run begins", waveform.end());
+        return Err(check.fault("drive_times", expected, format!("all before {found}")));
     }
     if scaled.iter().all(|value| *value == 0.0) {
         return Err(check.fault("drive_values", "a value other than 0", "zeros alone"));

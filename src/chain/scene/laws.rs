@@ -21,11 +21,9 @@ pub(super) fn laws(check: Check) -> Result<Laws> {
         (None, None) => ("law", vec!["hertz".into()]),
     };
     let numbers = [scene.exponent, scene.alpha, scene.beta, scene.steepness];
-    let typed: Vec<(&str, f64, &[&str])> = NUMBERS
-        .iter()
-        .zip(numbers)
-        .filter_map(|((name, words), value)| Some((*name, value?, *words)))
-        .collect();
+    let typed = NUMBERS.into_iter().zip(numbers);
+    let typed = typed.filter_map(|((name, words), value)| Some((name, value?, words)));
+    let typed: Vec<(&str, f64, &[&str])> = typed.collect();
     for (name, _, words) in &typed {
         let used = |text: &String| words.contains(&bare(text)) || takes(text, name);
         if !texts.iter().any(used) {
@@ -70,15 +68,11 @@ fn takes(text: &str, name: &str) -> bool {
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
     let has_word = text.split(|c| !is_word(c)).any(|word| word == name);
     let sets = |part: &str| {
-        part.trim()
-            .strip_prefix(name)
-            .is_some_and(|rest| rest.trim_start().starts_with('='))
+        let rest = part.trim().strip_prefix(name);
+        rest.is_some_and(|rest| rest.trim_start().starts_with('='))
     };
-    has_word
-        && !text
-            .split([';', ','])
-            .chain(text.split_whitespace())
-            .any(sets)
+    let mut parts = text.split([';', ',']).chain(text.split_whitespace());
+    has_word && !parts.any(sets)
 }
 
 /// A law with the numbers that keys give: a name alone is completed, and a formula gets its constants.
@@ -95,9 +89,8 @@ fn whole(check: Check, text: &str, typed: &[(&str, f64, &[&str])]) -> Result<Str
         }
         _ => {
             let used = typed.iter().filter(|key| takes(word, key.0));
-            let used: Vec<String> = used
-                .map(|(name, value, _)| format!("{name}={value}"))
-                .collect();
+            let used = used.map(|(name, value, _)| format!("{name}={value}"));
+            let used: Vec<String> = used.collect();
             match (used.is_empty(), text.contains(';')) {
                 (true, _) => text.to_owned(),
                 (false, true) => format!("{text}, {}", used.join(", ")),
@@ -109,10 +102,9 @@ fn whole(check: Check, text: &str, typed: &[(&str, f64, &[&str])]) -> Result<Str
 
 /// The laws with those of single contacts.
 pub(super) fn with_defects(check: Check, laws: Laws, contacts: usize) -> Result<Laws> {
-    let defects = check.scene.defect.iter().flatten().enumerate();
-    let own: Vec<_> = defects
-        .filter_map(|(i, defect)| Some((i, defect.contact, defect.law.as_ref()?)))
-        .collect();
+    let own = check.scene.defect.iter().flatten().enumerate();
+    let own = own.filter_map(|(i, defect)| Some((i, defect.contact, defect.law.as_ref()?)));
+    let own: Vec<_> = own.collect();
     if own.is_empty() {
         return Ok(laws);
     }

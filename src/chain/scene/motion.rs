@@ -39,16 +39,11 @@ pub(super) fn start(check: Check, chain: &Chain, drive: Option<&Drive>) -> Resul
         let [bodies, own] = excited(check, "modes", [first, last], energy, chain)?;
         ([displacement, velocity], resonators) = (bodies, Some(own));
     }
-    let something = [
-        "velocities",
-        "displacements",
-        "resonator_displacements",
-        "resonator_velocities",
-        "mode",
-        "modes",
-        "drive",
-    ];
-    let something = something.iter().any(|key| check.places.has(key));
+    let own_starts = [&scene.velocities, &scene.displacements, own[0], own[1]];
+    let something = own_starts.iter().any(|typed| typed.is_some())
+        || scene.mode.is_some()
+        || scene.modes.is_some()
+        || scene.drive.is_some();
     if let Some(speed) = scene.striker_velocity {
         velocity[0] = speed.value;
     } else if !something {
@@ -84,16 +79,10 @@ pub(super) fn start(check: Check, chain: &Chain, drive: Option<&Drive>) -> Resul
         .into_iter()
         .chain(own.into_iter().flatten());
     if !all.into_iter().any(|values| moves(values)) && scene.drive.is_none() {
-        let key = [
-            "striker_velocity",
-            "velocities",
-            "displacements",
-            "mode_amplitude",
-        ];
-        let key = key
-            .iter()
-            .find(|key| check.places.has(key))
-            .unwrap_or(&key[0]);
+        let keys = ["velocities", "displacements", "mode_amplitude"];
+        let key = keys.iter().find(|key| check.places.has(key));
+        let key = key.filter(|_| !check.places.has("striker_velocity"));
+        let key = key.unwrap_or(&"striker_velocity");
         return Err(check.fault(key, "something that moves", "a chain at rest"));
     }
     if own.iter().any(|typed| typed.is_some()) {
@@ -121,10 +110,9 @@ fn excited(
     let most = modes.frequency.len() - modes.free;
     if !(1 <= first && first <= last && last <= most) {
         let expected = format!("modes from 1 to {most}, the first one before the last");
-        let found = if first == last {
-            first.to_string()
-        } else {
-            format!("{first}, {last}")
+        let found = match first == last {
+            true => first.to_string(),
+            false => format!("{first}, {last}"),
         };
         return Err(check.fault(key, expected, found));
     }

@@ -107,9 +107,8 @@ pub(super) fn line_at(text: &str, offset: usize) -> usize {
 
 fn line_starts(text: &str) -> Vec<usize> {
     let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
-    std::iter::once(0)
-        .chain(ends.map(|(at, _)| at + 1))
-        .collect()
+    let starts = ends.map(|(at, _)| at + 1);
+    std::iter::once(0).chain(starts).collect()
 }
 
 fn note_lines(

@@ -39,10 +39,9 @@ pub(super) fn resonators(check: Check, n: usize) -> Result<Option<Resonators>> {
         "resonator_frequency" => mass[j] * (TAU * typed[j]).powi(2),
         _ => typed[j],
     };
-    let only = |of: &dyn Fn(usize) -> f64| {
-        (0..n)
-            .map(|j| if is_there(&j) { of(j) } else { 0.0 })
-            .collect()
+    let only = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        let or_none = |j: usize| if is_there(&j) { of(j) } else { 0.0 };
+        (0..n).map(or_none).collect()
     };
     Ok(Some(Resonators {
         stiffness: only(&spring),

@@ -158,12 +158,10 @@ fn ground(check: Check, n: usize) -> Result<Option<Ground>> {
     let Some(cell) = &check.scene.ground_cell else {
         return Ok(None);
     };
-    if cell.iter().all(|coefficient| *coefficient == 0.0) {
-        return Err(check.fault("ground_cell", "a coefficient above 0", "none"));
-    }
     let text = check.scene.ground_law.as_deref().unwrap_or("spring");
     let law = laws::parsed(check, "ground_law", text)?;
-    Ok(Some(Ground {
+    let any = cell.iter().any(|coefficient| *coefficient > 0.0);
+    Ok(any.then(|| Ground {
         law: law.into(),
         coefficient: cell.iter().copied().cycle().take(n).collect(),
     }))

@@ -1,7 +1,6 @@
 //! From sample to sample: islands, steps, and the choice of their length.
 
 use super::correction::{Correction, openings};
-use super::dense::Dense;
 use super::events::{Crosses, StepEnds};
 use super::islands::Islands;
 use super::pair::press_placed;
@@ -10,7 +9,7 @@ use super::system::{FIRST_CONTACT, FIRST_SITE, State, System};
 use super::tableau::Tableau;
 use super::{Cost, Mark, StepControl, Stepping, Task};
 use crate::chain::drive::Drive;
-use crate::chain::lattice::{Chain, Contact, refuse};
+use crate::chain::lattice::{Chain, Contact};
 use crate::chain::law::Kernel;
 use crate::chain::simulation::Simulation;
 use crate::numeric::root;
@@ -53,30 +52,27 @@ enum Shorter {
 
 #[derive(Debug)]
 pub(super) struct Driver<K> {
-    pub(super) system: System<K>,
-    pub(super) tableau: Tableau,
+    system: System<K>,
+    tableau: Tableau,
     /// Of what contacts that open and close add to the error.
-    pub(super) corrections: Vec<Correction>,
-    pub(super) islands: Islands,
-    pub(super) control: StepControl,
+    corrections: Vec<Correction>,
+    islands: Islands,
+    control: StepControl,
     energy: bool,
-    pub(super) time: f64,
-    pub(super) step: f64,
-    /// Until when the islands hold, and their number.
-    pub(super) surveyed: f64,
-    pub(super) surveys: u64,
+    time: f64,
+    step: f64,
+    /// Until when the islands hold.
+    surveyed: f64,
     /// By how much more than the horizon the next survey looks ahead.
-    pub(super) caution: f64,
-    pub(super) state: State,
-    pub(super) next: State,
-    pub(super) scratch: StepScratch,
-    pub(super) cost: Cost,
+    caution: f64,
+    state: State,
+    next: State,
+    scratch: StepScratch,
+    cost: Cost,
     estimated: f64,
-    /// Where states between steps are wanted.
-    pub(super) dense: Option<Box<Dense>>,
     /// Until when the drive is smooth, 0 once it is over, and the longest step until then. Steps end there, and see
     /// their own side of it.
-    pub(super) drive_ends: f64,
+    drive_ends: f64,
     drive_step: f64,
     drive: Option<Drive>,
 }
@@ -115,8 +111,6 @@ impl<K: Kernel> Driver<K> {
             time: 0.0,
             step,
             surveyed: f64::NEG_INFINITY,
-            surveys: 0,
-            dense: None,
             caution: 1.0,
             next: state.clone(),
             scratch: StepScratch::new(system.places(), stages, lossy_or_pushed),
@@ -141,18 +135,6 @@ impl<K: Kernel> Driver<K> {
         for shut in self.islands.shut(moved) {
             self.state.force[shut.clone()].fill(0.0);
             self.next.force[shut].fill(0.0);
-        }
-        self.surveys += 1;
-    }
-
-    /// Before a step: contacts outside its islands carry no force in the state that it overwrites, which is older between
-    /// samples.
-    fn shut_stale(&mut self) {
-        if self.dense.is_some() {
-            let moved = self.islands.at_rest.min(self.next.force.len());
-            for shut in self.islands.shut(moved) {
-                self.next.force[shut].fill(0.0);
-            }
         }
     }
 
@@ -184,14 +166,9 @@ impl<K: Kernel> Driver<K> {
             span: Span { t: self.time, h },
         };
         let mut all = StepOutcome::default();
-        let mut opened = self.dense.as_mut().map(|dense| &mut dense.opened);
-        opened.iter_mut().for_each(|opened| opened.clear());
         for island in &self.islands.active {
-            let (state, next) = (&self.state, &mut self.next);
-            all = all.and(step.advance(island, state, next, &mut self.scratch));
-            if let Some(opened) = &mut opened {
-                opened.extend(self.scratch.events.inside());
-            }
+            let states = (&self.state, &mut self.next);
+            step.advance(island, states, &mut self.scratch, &mut all);
         }
         all
     }
@@ -241,7 +218,7 @@ impl<K: Kernel> Driver<K> {
             }
             let expected = "a step below the stability limit";
             let found = format!("{step:e}, which overflowed at time {:e}", self.time);
-            return Err(refuse("step", expected, found));
+            return Err(Error::request("step", expected, found));
         }
         // Contact events inside the step limit its length before the error estimate is meaningful.
         if outcome.longest < h {
@@ -255,7 +232,7 @@ impl<K: Kernel> Driver<K> {
     }
 
     /// Of the error of a velocity in a step; 0 for fixed steps.
-    pub(super) fn tolerance(&self) -> f64 {
+    fn tolerance(&self) -> f64 {
         match self.control {
             StepControl::LocalError(tolerance) => tolerance,
             StepControl::Fixed(_) => 0.0,
@@ -264,11 +241,8 @@ impl<K: Kernel> Driver<K> {
 
     /// Whether velocities have grown so large that their rounding alone exceeds the tolerance by far.
     fn runs_away(&self) -> bool {
-        let fastest = self
-            .state
-            .v
-            .iter()
-            .fold(0.0, |most: f64, v| most.max(v.abs()));
+        let speeds = self.state.v.iter();
+        let fastest = speeds.fold(0.0, |most: f64, v| most.max(v.abs()));
         let tolerance = self.tolerance();
         tolerance > 0.0 && f64::EPSILON * fastest > ROUNDING * tolerance
     }
@@ -284,7 +258,7 @@ impl<K: Kernel> Driver<K> {
             overlap(farthest.max(1)),
             self.time
         );
-        refuse(
+        Error::request(
             "tolerance",
             "motion that steps of finite length can follow",
             found,
@@ -292,15 +266,12 @@ impl<K: Kernel> Driver<K> {
     }
 
     /// Accepts a step, and chooses the length of the next one.
-    fn accept(&mut self, NextStep { h, end }: NextStep, outcome: &StepOutcome) {
+    fn accept(&mut self, h: f64, end: f64, outcome: &StepOutcome) {
         self.caution = 1.0;
         if self.energy {
             self.carry_energies();
         }
         std::mem::swap(&mut self.state, &mut self.next);
-        if let Some(dense) = &mut self.dense {
-            dense.accept(self.time, &mut self.next);
-        }
         self.time = end;
         self.cost.steps += 1;
         self.cost.corrected_contacts += outcome.corrected;
@@ -312,12 +283,8 @@ impl<K: Kernel> Driver<K> {
         // A step shortened to end on a sample hardly limits the next one.
         let longest = h * factor;
         let held_back = h < self.step && factor >= GROWTH;
-        self.step = if held_back {
-            longest.max(self.step)
-        } else {
-            longest
-        };
-        self.step = self.step.min(outcome.onward);
+        let least = if held_back { self.step } else { 0.0 };
+        self.step = longest.max(least).min(outcome.onward);
     }
 }
 
@@ -329,22 +296,12 @@ impl<K: Kernel> Stepping for Driver<K> {
             if self.cost.steps.is_multiple_of(256) && observer.cancelled() {
                 return Err(Error::Cancelled);
             }
-            let mut allowed = self.step;
-            if self.time < self.drive_ends {
-                allowed = allowed.min(self.drive_step);
-            }
-            let target = match self.time < self.drive_ends {
-                true => target.min(self.drive_ends),
-                false => target,
+            let (allowed, target) = match self.time < self.drive_ends {
+                true => (self.step.min(self.drive_step), target.min(self.drive_ends)),
+                false => (self.step, target),
             };
-            let next = match landing {
-                Some(h) => Some(NextStep {
-                    h,
-                    end: self.time + h,
-                }),
-                None => next_step(self.time, target, allowed),
-            };
-            let Some(NextStep { h, end }) = next else {
+            let next = landing.map(|h| (h, self.time + h));
+            let Some((h, end)) = next.or_else(|| next_step(self.time, target, allowed)) else {
                 return Ok(self.time);
             };
             if end <= self.time || h.is_nan() {
@@ -353,7 +310,6 @@ impl<K: Kernel> Stepping for Driver<K> {
             if self.time + h > self.surveyed {
                 self.survey(h);
             }
-            self.shut_stale();
             let outcome = self.attempt(h);
             self.fly(h);
             self.cost.forces += self.islands.contacts() * (self.tableau.stages() - 1) as u64;
@@ -371,7 +327,7 @@ impl<K: Kernel> Stepping for Driver<K> {
                 }
                 Some(Shorter::Steps(h)) => (self.step, landing) = (h, None),
                 None => {
-                    self.accept(NextStep { h, end }, &outcome);
+                    self.accept(h, end, &outcome);
                     return Ok(self.time);
                 }
             }
@@ -386,34 +342,6 @@ impl<K: Kernel> Stepping for Driver<K> {
         while self.time < target {
             self.step_towards(target, observer)?;
         }
-        Ok(())
-    }
-
-    fn advance_through(
-        &mut self,
-        times: &[f64],
-        observer: &dyn Observer,
-        visit: &mut dyn FnMut(f64, &State),
-    ) -> Result<()> {
-        let lands = matches!(self.control, StepControl::Fixed(_));
-        let end = times.last().copied().unwrap_or(self.time);
-        if !lands {
-            self.dense = Some(Box::new(Dense::new(self.time, &self.state)));
-        }
-        for &t in times {
-            while self.time < t {
-                self.step_towards(if lands { t } else { end }, observer)?;
-            }
-            if self.time == t {
-                visit(t, &self.state);
-                continue;
-            }
-            self.find_inside(t, observer)?;
-            if let Some(dense) = &self.dense {
-                visit(t, &dense.sample);
-            }
-        }
-        self.dense = None;
         Ok(())
     }
 
@@ -488,20 +416,13 @@ impl<K: Kernel> Stepping for Driver<K> {
     }
 }
 
-/// A step on the way to a sample.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct NextStep {
-    pub(super) h: f64,
-    pub(super) end: f64,
-}
-
-/// The next of the equally long steps, none longer than `longest`, that end at `target`.
-pub(super) fn next_step(time: f64, target: f64, longest: f64) -> Option<NextStep> {
+/// Length and end of the next of the equally long steps, none longer than `longest`, that end at `target`.
+fn next_step(time: f64, target: f64, longest: f64) -> Option<(f64, f64)> {
     let left = target - time;
     let steps = (left / longest * (1.0 - 1e-12)).ceil().max(1.0);
     let h = left / steps;
     let end = if steps == 1.0 { target } else { time + h };
-    (time < target).then_some(NextStep { h, end })
+    (time < target).then_some((h, end))
 }
 
 /// Which of a chain's contacts and sites.

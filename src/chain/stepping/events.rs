@@ -1,7 +1,5 @@
 //! Contacts that open or close inside a step: finding them, and correcting the step for them.
 
-use std::ops::Range;
-
 use super::super::drive::Drive;
 use super::super::law::Kernel;
 use super::correction::{
@@ -89,19 +87,6 @@ impl Events {
     /// Contacts that open or close inside the step.
     pub(super) fn count(&self) -> u64 {
         self.found.iter().filter(|event| event.inside).count() as u64
-    }
-
-    /// These contacts.
-    pub(super) fn inside(&self) -> impl Iterator<Item = usize> {
-        let inside = self.found.iter().filter(|event| event.inside);
-        inside.map(|event| event.contact)
-    }
-
-    /// Whether the step resolves those of them that act on these places.
-    pub(super) fn resolve(&self, places: &Range<usize>) -> bool {
-        let acts = |event: &&Event| (places.start..=places.end).contains(&event.contact);
-        let mut acting = self.found.iter().filter(acts);
-        acting.all(|event| event.resolved.longest >= 1.0)
     }
 
     /// The longest step that resolves all of them, and the longest that may follow.

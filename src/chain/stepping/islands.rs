@@ -21,12 +21,6 @@ pub(super) struct Island {
 }
 
 impl Island {
-    /// A part of an island, without guards: its ends are wrong from the second stage on.
-    pub(super) fn part(blocks: Range<usize>) -> Island {
-        let guards = [false; 2];
-        Island { blocks, guards }
-    }
-
     /// Its blocks of a row.
     #[inline(always)]
     pub(super) fn of<'a>(&self, row: &'a AlignedRow) -> &'a [LaneBlock] {

@@ -1,12 +1,10 @@
 //! Stepping a chain from sample to sample.
 
 mod correction;
-mod dense;
 mod driver;
 mod energy;
 mod events;
 mod finish;
-mod hermite;
 mod islands;
 mod pair;
 mod quadrature;
@@ -122,18 +120,6 @@ pub(crate) trait Stepping {
     /// # Errors
     /// As [`Stepping::step_towards`].
     fn advance_to(&mut self, time: f64, observer: &dyn Observer) -> Result<()>;
-
-    /// Shows displacements and velocities at these times, rising from the present. Steps that adapt to the error lead to the last
-    /// time as if there were no other; fixed steps end at each.
-    ///
-    /// # Errors
-    /// As [`Stepping::step_towards`].
-    fn advance_through(
-        &mut self,
-        times: &[f64],
-        observer: &dyn Observer,
-        visit: &mut dyn FnMut(f64, &State),
-    ) -> Result<()>;
 
     /// The state, with a ghost place at each end.
     fn state(&self) -> &State;

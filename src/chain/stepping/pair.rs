@@ -69,23 +69,6 @@ impl Default for StepOutcome {
     }
 }
 
-impl StepOutcome {
-    pub(super) fn and(self, other: StepOutcome) -> StepOutcome {
-        StepOutcome {
-            // NaN is kept: it is larger than any tolerance.
-            error: if self.error.is_nan() || self.error > other.error {
-                self.error
-            } else {
-                other.error
-            },
-            leaked: self.leaked || other.leaked,
-            corrected: self.corrected + other.corrected,
-            longest: self.longest.min(other.longest),
-            onward: self.onward.min(other.onward),
-        }
-    }
-}
-
 /// From time t on, by h.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Span {
@@ -106,14 +89,14 @@ pub(super) struct PairStep<'a, K> {
 }
 
 impl<K: Kernel> PairStep<'_, K> {
-    /// Advances an island from `state` into `next`.
+    /// Advances an island from `state` into `next`, and adds what comes of it.
     pub(super) fn advance(
         &self,
         island: &Island,
-        state: &State,
-        next: &mut State,
+        (state, next): (&State, &mut State),
         scratch: &mut StepScratch,
-    ) -> StepOutcome {
+        outcome: &mut StepOutcome,
+    ) {
         let (system, tableau, span) = (self.system, self.tableau, self.span);
         let Span { t, h } = span;
         let blocks = island.blocks.clone();
@@ -157,17 +140,17 @@ impl<K: Kernel> PairStep<'_, K> {
                 largest = widest(Largest { island, row: error });
             }
         }
-        let corrected = events.count();
+        // NaN is kept: it is larger than any tolerance.
+        if !(outcome.error.is_nan() || outcome.error > largest) {
+            outcome.error = largest;
+        }
+        outcome.leaked |= leaked;
+        outcome.corrected += events.count();
         let [longest, onward] = events.lengths(h);
+        outcome.longest = outcome.longest.min(longest);
+        outcome.onward = outcome.onward.min(onward);
         if !state.passed.is_empty() {
             energy::pass_on(system, tableau, island, span, state, next, scratch);
-        }
-        StepOutcome {
-            error: largest,
-            leaked,
-            corrected,
-            longest,
-            onward,
         }
     }
 
@@ -277,7 +260,6 @@ fn damp<K: Kernel>(
 ) {
     widest(stage::Damp {
         system,
-        losses: &system.losses,
         island,
         x,
         v,

@@ -22,19 +22,14 @@ pub(crate) fn gauss_jacobi(n: usize, left: f64, right: f64) -> Rule {
         nodes.push(z);
     }
     nodes.sort_by(f64::total_cmp);
-    let raw: Vec<f64> = nodes
-        .iter()
-        .map(|&z| {
-            let (_, slope) = jacobi(n, right, left, z);
-            1.0 / ((1.0 - z * z) * slope * slope)
-        })
-        .collect();
+    let raw = nodes.iter().map(|&z| {
+        let (_, slope) = jacobi(n, right, left, z);
+        1.0 / ((1.0 - z * z) * slope * slope)
+    });
+    let raw: Vec<f64> = raw.collect();
     let scale = beta(left + 1.0, right + 1.0) / raw.iter().sum::<f64>();
-    nodes
-        .iter()
-        .zip(raw)
-        .map(|(z, w)| (0.5 * (1.0 + z), w * scale))
-        .collect()
+    let rule = nodes.iter().zip(raw);
+    rule.map(|(z, w)| (0.5 * (1.0 + z), w * scale)).collect()
 }
 
 /// The Jacobi polynomial of degree n and its derivative on -1..1.

@@ -4,7 +4,6 @@
 //! w_m F_m,s` the site at place s is pushed by `S_s - S_{s+1}`, since contact s acts on it to the
 //! right and contact s + 1 to the left. Contacts outside the given blocks carry no force.
 
-use super::super::lattice::Losses;
 use super::super::law::Kernel;
 use super::islands::Island;
 use super::system::System;
@@ -281,7 +280,6 @@ impl SimdKernel for Push<'_> {
 /// Forces and damping at positions and velocities; `pull` gets the drag.
 pub(super) struct Damp<'a, K> {
     pub(super) system: &'a System<K>,
-    pub(super) losses: &'a Losses,
     pub(super) island: &'a Island,
     pub(super) x: &'a AlignedRow,
     pub(super) v: &'a AlignedRow,
@@ -295,7 +293,7 @@ impl<K: Kernel> SimdKernel for Damp<'_, K> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let (kernel, losses) = (&self.system.kernel, self.losses);
+        let (kernel, losses) = (&self.system.kernel, self.system.losses);
         let [dashpot, tangent, drag] = [losses.dashpot, losses.tangent, losses.drag].map(L::splat);
         let [zero, one] = [0.0, 1.0].map(L::splat);
         let mut before = [outside::<L>(self.island), zero];

@@ -2,16 +2,17 @@
 
 use crate::numeric::lanes::LaneBlock;
 
-/// The coefficients of an embedded explicit pair.
+/// The coefficients of an embedded explicit pair as they are printed: numbers and fractions between blanks.
 struct Pair {
     order: u32,
     /// Order of the embedded velocity.
     embedded_order: u32,
-    c: &'static [f64],
-    a: &'static [&'static [f64]],
-    /// Weights of the velocity, and of its error.
-    bp: &'static [f64],
-    error: &'static [f64],
+    c: &'static str,
+    a: &'static [&'static str],
+    /// Weights of the velocity; those of the embedded one, or of the error where they are printed in their place.
+    bp: &'static str,
+    embedded: &'static str,
+    error: &'static str,
 }
 
 /// For `x'' = f(x)`: `k_i = f(x + c_i h v + h^2 sum a_ij k_j)`, `v1 = v + h sum bp_i k_i`; the last stage, at
@@ -22,85 +23,22 @@ struct Pair {
 const NYSTROM_8_6: Pair = Pair {
     order: 8,
     embedded_order: 6,
-    c: &[
-        0.0,
-        1.0 / 20.0,
-        1.0 / 10.0,
-        3.0 / 10.0,
-        1.0 / 2.0,
-        7.0 / 10.0,
-        9.0 / 10.0,
-        1.0,
-        1.0,
-    ],
+    c: "0 1/20 1/10 3/10 1/2 7/10 9/10 1 1",
     a: &[
-        &[],
-        &[1.0 / 800.0],
-        &[1.0 / 600.0, 1.0 / 300.0],
-        &[9.0 / 200.0, -9.0 / 100.0, 9.0 / 100.0],
-        &[
-            -66701.0 / 197352.0,
-            28325.0 / 32892.0,
-            -2665.0 / 5482.0,
-            2170.0 / 24669.0,
-        ],
-        &[
-            227015747.0 / 304251000.0,
-            -54897451.0 / 30425100.0,
-            12942349.0 / 10141700.0,
-            -9499.0 / 304251.0,
-            539.0 / 9250.0,
-        ],
-        &[
-            -1131891597.0 / 901789000.0,
-            41964921.0 / 12882700.0,
-            -6663147.0 / 3220675.0,
-            270954.0 / 644135.0,
-            -108.0 / 5875.0,
-            114.0 / 1645.0,
-        ],
-        &[
-            13836959.0 / 3667458.0,
-            -17731450.0 / 1833729.0,
-            1063919505.0 / 156478208.0,
-            -33213845.0 / 39119552.0,
-            13335.0 / 28544.0,
-            -705.0 / 14272.0,
-            1645.0 / 57088.0,
-        ],
-        &[
-            223.0 / 7938.0,
-            0.0,
-            1175.0 / 8064.0,
-            925.0 / 6048.0,
-            41.0 / 448.0,
-            925.0 / 14112.0,
-            1175.0 / 72576.0,
-            0.0,
-        ],
+        "",
+        "1/800",
+        "1/600 1/300",
+        "9/200 -9/100 9/100",
+        "-66701/197352 28325/32892 -2665/5482 2170/24669",
+        "227015747/304251000 -54897451/30425100 12942349/10141700 -9499/304251 539/9250",
+        "-1131891597/901789000 41964921/12882700 -6663147/3220675 270954/644135 -108/5875 114/1645",
+        "13836959/3667458 -17731450/1833729 1063919505/156478208 -33213845/39119552 13335/28544 -705/14272 1645/57088",
+        "223/7938 0 1175/8064 925/6048 41/448 925/14112 1175/72576 0",
     ],
-    bp: &[
-        223.0 / 7938.0,
-        0.0,
-        5875.0 / 36288.0,
-        4625.0 / 21168.0,
-        41.0 / 224.0,
-        4625.0 / 21168.0,
-        5875.0 / 36288.0,
-        223.0 / 7938.0,
-        0.0,
-    ],
-    error: &[
-        223.0 / 7938.0 - 7987313.0 / 109941300.0,
-        0.0,
-        5875.0 / 36288.0 - 1610737.0 / 40207104.0,
-        4625.0 / 21168.0 - 10023263.0 / 23454144.0,
-        41.0 / 224.0 - (-497221.0 / 6204800.0),
-        4625.0 / 21168.0 - 10023263.0 / 23454144.0,
-        5875.0 / 36288.0 - 1610737.0 / 40207104.0,
-        223.0 / 7938.0 - (-4251941.0 / 54970650.0),
-        0.0 - 3.0 / 20.0,
-    ],
+    bp: "223/7938 0 5875/36288 4625/21168 41/224 4625/21168 5875/36288 223/7938 0",
+    embedded: "7987313/109941300 0 1610737/40207104 10023263/23454144 -497221/6204800 10023263/23454144 \
+               1610737/40207104 -4251941/54970650 3/20",
+    error: "",
 };
 
 /// For `y' = f(y)`: `k_i = f(y + h sum a_ij k_j)`, `y1 = y + h sum bp_i k_i`.
@@ -110,147 +48,50 @@ const NYSTROM_8_6: Pair = Pair {
 const RUNGE_KUTTA_8_5: Pair = Pair {
     order: 8,
     embedded_order: 5,
-    c: &[
-        0.0,
-        0.05260015195876773,
-        0.0789002279381516,
-        0.1183503419072274,
-        0.2816496580927726,
-        0.3333333333333333,
-        0.25,
-        0.3076923076923077,
-        0.6512820512820513,
-        0.6,
-        0.8571428571428571,
-        1.0,
-    ],
+    c: "0 0.05260015195876773 0.0789002279381516 0.1183503419072274 0.2816496580927726 0.3333333333333333 0.25 \
+        0.3076923076923077 0.6512820512820513 0.6 0.8571428571428571 1",
     a: &[
-        &[],
-        &[0.05260015195876773],
-        &[0.0197250569845379, 0.0591751709536137],
-        &[0.02958758547680685, 0.0, 0.08876275643042054],
-        &[
-            0.2413651341592667,
-            0.0,
-            -0.8845494793282861,
-            0.924834003261792,
-        ],
-        &[
-            0.037037037037037035,
-            0.0,
-            0.0,
-            0.17082860872947386,
-            0.12546768756682242,
-        ],
-        &[
-            0.037109375,
-            0.0,
-            0.0,
-            0.17025221101954405,
-            0.06021653898045596,
-            -0.017578125,
-        ],
-        &[
-            0.03709200011850479,
-            0.0,
-            0.0,
-            0.17038392571223998,
-            0.10726203044637328,
-            -0.015319437748624402,
-            0.008273789163814023,
-        ],
-        &[
-            0.6241109587160757,
-            0.0,
-            0.0,
-            -3.3608926294469414,
-            -0.868219346841726,
-            27.59209969944671,
-            20.154067550477894,
-            -43.48988418106996,
-        ],
-        &[
-            0.47766253643826434,
-            0.0,
-            0.0,
-            -2.4881146199716677,
-            -0.590290826836843,
-            21.230051448181193,
-            15.279233632882423,
-            -33.28821096898486,
-            -0.020331201708508627,
-        ],
-        &[
-            -0.9371424300859873,
-            0.0,
-            0.0,
-            5.186372428844064,
-            1.0914373489967295,
-            -8.149787010746927,
-            -18.52006565999696,
-            22.739487099350505,
-            2.4936055526796523,
-            -3.0467644718982196,
-        ],
-        &[
-            2.273310147516538,
-            0.0,
-            0.0,
-            -10.53449546673725,
-            -2.0008720582248625,
-            -17.9589318631188,
-            27.94888452941996,
-            -2.8589982771350235,
-            -8.87285693353063,
-            12.360567175794303,
-            0.6433927460157636,
-        ],
+        "",
+        "0.05260015195876773",
+        "0.0197250569845379 0.0591751709536137",
+        "0.02958758547680685 0 0.08876275643042054",
+        "0.2413651341592667 0 -0.8845494793282861 0.924834003261792",
+        "0.037037037037037035 0 0 0.17082860872947386 0.12546768756682242",
+        "0.037109375 0 0 0.17025221101954405 0.06021653898045596 -0.017578125",
+        "0.03709200011850479 0 0 0.17038392571223998 0.10726203044637328 -0.015319437748624402 0.008273789163814023",
+        "0.6241109587160757 0 0 -3.3608926294469414 -0.868219346841726 27.59209969944671 20.154067550477894 \
+         -43.48988418106996",
+        "0.47766253643826434 0 0 -2.4881146199716677 -0.590290826836843 21.230051448181193 15.279233632882423 \
+         -33.28821096898486 -0.020331201708508627",
+        "-0.9371424300859873 0 0 5.186372428844064 1.0914373489967295 -8.149787010746927 -18.52006565999696 \
+         22.739487099350505 2.4936055526796523 -3.0467644718982196",
+        "2.273310147516538 0 0 -10.53449546673725 -2.0008720582248625 -17.9589318631188 27.94888452941996 \
+         -2.8589982771350235 -8.87285693353063 12.360567175794303 0.6433927460157636",
     ],
-    bp: &[
-        0.054293734116568765,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        4.450312892752409,
-        1.8915178993145003,
-        -5.801203960010585,
-        0.3111643669578199,
-        -0.1521609496625161,
-        0.20136540080403034,
-        0.04471061572777259,
-    ],
-    error: &[
-        0.01312004499419488,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        -1.2251564463762044,
-        -0.4957589496572502,
-        1.6643771824549864,
-        -0.35032884874997366,
-        0.3341791187130175,
-        0.08192320648511571,
-        -0.022355307863886294,
-    ],
+    bp: "0.054293734116568765 0 0 0 0 4.450312892752409 1.8915178993145003 -5.801203960010585 0.3111643669578199 \
+         -0.1521609496625161 0.20136540080403034 0.04471061572777259",
+    embedded: "",
+    error: "0.01312004499419488 0 0 0 0 -1.2251564463762044 -0.4957589496572502 1.6643771824549864 \
+            -0.35032884874997366 0.3341791187130175 0.08192320648511571 -0.022355307863886294",
 };
 
 /// A symmetric composition of kicks and drifts: `kick b_1, drift a_1, kick b_2, ...` and back.
 #[derive(Debug)]
 pub(crate) struct Composition {
     order: u32,
-    /// The first half of the kicks, the middle one included where their number is odd.
-    kicks: &'static [f64],
-    /// The first half of the drifts, the middle one included where their number is odd.
-    drifts: &'static [f64],
+    /// The first half of the kicks, and of the drifts, each without its last one: all add up to 1.
+    kicks: &'static str,
+    drifts: &'static str,
+    /// Whether the one in the middle is a drift.
+    middle_drift: bool,
 }
 
 /// Source: L. Verlet, Physical Review 159 (1967) 98-103.
 pub(crate) const VERLET: Composition = Composition {
     order: 2,
-    kicks: &[0.5],
-    drifts: &[1.0],
+    kicks: "",
+    drifts: "",
+    middle_drift: true,
 };
 
 /// Source: S. Blanes, P. C. Moan, Practical symplectic partitioned Runge-Kutta and
@@ -258,52 +99,26 @@ pub(crate) const VERLET: Composition = Composition {
 /// 313-330, table 3, SRKN_6^b.
 pub(crate) const SYMPLECTIC_4: Composition = Composition {
     order: 4,
-    kicks: &[
-        0.0829844064174052,
-        0.396309801498368,
-        -0.0390563049223486,
-        1.0 - 2.0 * (0.0829844064174052 + 0.396309801498368 - 0.0390563049223486),
-    ],
-    drifts: &[
-        0.245298957184271,
-        0.604872665711080,
-        0.5 - (0.245298957184271 + 0.604872665711080),
-    ],
+    kicks: "0.0829844064174052 0.396309801498368 -0.0390563049223486",
+    drifts: "0.245298957184271 0.604872665711080",
+    middle_drift: false,
 };
 
 /// Source: as [`SYMPLECTIC_4`], SRKN_11^b.
 pub(crate) const SYMPLECTIC_6: Composition = Composition {
     order: 6,
-    kicks: &[
-        0.0414649985182624,
-        0.198128671918067,
-        -0.0400061921041533,
-        0.0752539843015807,
-        -0.0115113874206879,
-        0.5 - (0.0414649985182624 + 0.198128671918067 - 0.0400061921041533 + 0.0752539843015807
-            - 0.0115113874206879),
-    ],
-    drifts: &[
-        0.123229775946271,
-        0.290553797799558,
-        -0.127049212625417,
-        -0.246331761062075,
-        0.357208872795928,
-        1.0 - 2.0
-            * (0.123229775946271 + 0.290553797799558 - 0.127049212625417 - 0.246331761062075
-                + 0.357208872795928),
-    ],
+    kicks: "0.0414649985182624 0.198128671918067 -0.0400061921041533 0.0752539843015807 -0.0115113874206879",
+    drifts: "0.123229775946271 0.290553797799558 -0.127049212625417 -0.246331761062075 0.357208872795928",
+    middle_drift: true,
 };
 
 impl Composition {
     /// As a Nystrom method: its stages are the kicks, between which the sites fly. Velocities of stages are those in the
     /// middle of a kick, during which the force is constant.
     pub(crate) fn tableau(&self) -> Tableau {
-        // A middle drift leaves an even number of kicks, a middle kick an even number of drifts.
-        let middle_drift = self.drifts.len() == self.kicks.len();
-        let kicks = mirrored(self.kicks, !middle_drift);
+        let kicks = whole(self.kicks, !self.middle_drift);
         let mut c = vec![0.0];
-        for drift in mirrored(self.drifts, middle_drift) {
+        for drift in whole(self.drifts, self.middle_drift) {
             c.push(c[c.len() - 1] + drift);
         }
         let last = kicks.len() - 1;
@@ -328,8 +143,16 @@ impl Composition {
     }
 }
 
-fn mirrored(half: &[f64], keep_middle_single: bool) -> Vec<f64> {
-    let back = half.iter().rev().skip(usize::from(keep_middle_single));
+/// A first half without its last number, and its mirror image, with one number in the middle or two; all add up to 1.
+fn whole(half: &str, has_middle: bool) -> Vec<f64> {
+    let mut half = numbers(half);
+    let sum = half.iter().sum::<f64>();
+    half.push(if has_middle {
+        1.0 - 2.0 * sum
+    } else {
+        0.5 - sum
+    });
+    let back = half.iter().rev().skip(usize::from(has_middle));
     half.iter().chain(back).copied().collect()
 }
 
@@ -359,21 +182,35 @@ pub(crate) struct Tableau {
 /// Stage and weight, zero weights left out.
 pub(crate) type Weights = Vec<(usize, f64)>;
 
+/// The numbers of a row.
+fn numbers(row: &str) -> Vec<f64> {
+    let value = |typed: &str| typed.parse().unwrap_or(f64::NAN);
+    let number = |typed: &str| match typed.split_once('/') {
+        Some((above, below)) => value(above) / value(below),
+        None => value(typed),
+    };
+    row.split_whitespace().map(number).collect()
+}
+
 impl Pair {
     fn tableau(&self, a: Vec<Weights>, velocity: Vec<Weights>) -> Tableau {
-        let mut c = self.c.to_vec();
+        let mut c = numbers(self.c);
         c.resize(a.len(), 1.0);
+        let bp = numbers(self.bp);
+        let mut error = numbers(self.error);
+        let pairs = bp.iter().zip(numbers(self.embedded));
+        error.extend(pairs.map(|(bp, embedded)| bp - embedded));
         let together = |of: &[f64]| -> Weights {
-            let counts = |i: &usize| self.bp[*i] != 0.0 || self.error[*i] != 0.0;
+            let counts = |i: &usize| bp[*i] != 0.0 || error[*i] != 0.0;
             (0..of.len()).filter(counts).map(|i| (i, of[i])).collect()
         };
-        let bp = together(self.bp);
+        let (bp, error) = (together(&bp), together(&error));
         let nodes = LaneBlock(std::array::from_fn(|i| c[bp[i].0]));
         Tableau {
             order: self.order,
             embedded_order: self.embedded_order,
             b: a.last().cloned().unwrap_or_default(),
-            error: together(self.error),
+            error,
             bp,
             nodes,
             a,
@@ -387,26 +224,28 @@ impl Tableau {
     /// The Nystrom pair 8(6), for forces without damping.
     pub(crate) fn nystrom_8_6() -> Tableau {
         let pair = &NYSTROM_8_6;
-        let nodes: Vec<usize> = (0..pair.c.len()).filter(|&i| pair.bp[i] != 0.0).collect();
+        let (c, bp) = (numbers(pair.c), numbers(pair.bp));
+        let nodes: Vec<usize> = (0..c.len()).filter(|&i| bp[i] != 0.0).collect();
         let velocity = |end: &f64| -> Weights {
-            let weight = |&j: &usize| (j, integral_of_lagrange(pair.c, &nodes, j, *end));
+            let weight = |&j: &usize| (j, integral_of_lagrange(&c, &nodes, j, *end));
             nodes.iter().map(weight).collect()
         };
-        let a = pair.a.iter().map(|row| weights(row.iter().copied()));
-        pair.tableau(a.collect(), pair.c.iter().map(velocity).collect())
+        let a = pair.a.iter().map(|row| weights(numbers(row)));
+        pair.tableau(a.collect(), c.iter().map(velocity).collect())
     }
 
     /// The Runge-Kutta pair 8(5), for any force; a last stage at the step's end is added.
     pub(crate) fn runge_kutta_8_5() -> Tableau {
         let pair = &RUNGE_KUTTA_8_5;
-        let rows: Vec<&[f64]> = pair.a.iter().copied().chain([pair.bp]).collect();
-        let squared = |row: &&[f64]| -> Weights {
+        let rows = pair.a.iter().chain([&pair.bp]);
+        let rows: Vec<Vec<f64>> = rows.map(|row| numbers(row)).collect();
+        let squared = |row: &Vec<f64>| -> Weights {
             weights((0..row.len()).map(|l| {
                 let terms = row.iter().enumerate().skip(l + 1);
                 terms.map(|(j, w)| w * rows[j][l]).sum()
             }))
         };
-        let velocity = rows.iter().map(|row| weights(row.iter().copied()));
+        let velocity = rows.iter().cloned().map(weights);
         pair.tableau(rows.iter().map(squared).collect(), velocity.collect())
     }
 
@@ -415,8 +254,9 @@ impl Tableau {
     }
 }
 
-fn weights(row: impl Iterator<Item = f64>) -> Weights {
-    row.enumerate().filter(|(_, w)| *w != 0.0).collect()
+fn weights(row: impl IntoIterator<Item = f64>) -> Weights {
+    let row = row.into_iter().enumerate();
+    row.filter(|(_, w)| *w != 0.0).collect()
 }
 
 /// Integral from 0 to `end` of the polynomial that is 1 at `c[one]`, 0 at the other nodes.

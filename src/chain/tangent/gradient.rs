@@ -3,7 +3,6 @@
 use ndarray::{Array3, Axis};
 
 use super::Direction;
-use crate::chain::lattice::refuse;
 use crate::chain::simulation::{Accuracy, Simulation};
 use crate::error::{Error, Result};
 use crate::observer::Observer;
@@ -85,7 +84,7 @@ impl Simulation {
             Accuracy::LocalError(local) => Ok(local),
             Accuracy::Step(_) => {
                 let expected = "a scheme that chooses its steps, `nystrom` or `runge-kutta`";
-                Err(refuse(option, expected, "fixed steps"))
+                Err(Error::request(option, expected, "fixed steps"))
             }
         }
     }

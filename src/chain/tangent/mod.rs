@@ -80,10 +80,8 @@ impl Simulation {
         let passes: Result<Vec<_>> = directions.par_chunks(WIDTH).map(one).collect();
         let passes = passes?;
         Ok([0, 1].map(|i| {
-            let each: Vec<_> = passes
-                .iter()
-                .map(|pass: &[Array3<f64>; 2]| pass[i].view())
-                .collect();
+            let each = passes.iter().map(|pass: &[Array3<f64>; 2]| pass[i].view());
+            let each: Vec<_> = each.collect();
             ndarray::concatenate(Axis(0), &each).unwrap_or_else(|_| Array3::zeros(shape(0)))
         }))
     }
@@ -298,26 +296,21 @@ impl<'a> Follower<'a> {
         }
         let before = Some(self.last).filter(|t| from - t < NEAR * h);
         let after = next.filter(|t| *t >= to && t - to < NEAR * h);
-        let beside = |origin: f64, sign: f64| Clock {
+        let clock = |origin: f64, sign: f64, power: i32| Clock {
             origin,
             sign,
-            power: self.power,
+            power,
         };
-        let even = Clock {
-            origin: 0.0,
-            sign: 1.0,
-            power: 1,
-        };
+        let power = self.power;
         match (before, after) {
             (Some(a), Some(b)) => {
                 let middle = 0.5 * (from + to);
-                let clocks = [beside(a, 1.0), beside(b, -1.0)];
-                self.run(clocks[0], [from, middle]);
-                self.run(clocks[1], [middle, to]);
+                self.run(clock(a, 1.0, power), [from, middle]);
+                self.run(clock(b, -1.0, power), [middle, to]);
             }
-            (Some(a), None) => self.run(beside(a, 1.0), [from, to]),
-            (None, Some(b)) => self.run(beside(b, -1.0), [from, to]),
-            (None, None) => self.run(even, [from, to]),
+            (Some(a), None) => self.run(clock(a, 1.0, power), [from, to]),
+            (None, Some(b)) => self.run(clock(b, -1.0, power), [from, to]),
+            (None, None) => self.run(clock(0.0, 1.0, 1), [from, to]),
         }
     }
 

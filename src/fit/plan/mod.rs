@@ -195,7 +195,7 @@ impl PlanRequest {
         let mut model = Model::of(scene, (&keys, &others), &blank, (observer, &runs))?;
         let origin = vec![0.0; model.unknowns()];
         let records = Records {
-            values: model.records_at(&origin, model.local_error)?,
+            values: model.records_at(&origin, (model.local_error, false))?,
             ..blank.clone()
         };
         model.records = &records;

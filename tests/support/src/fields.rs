@@ -1,10 +1,7 @@
 //! Fields that are in order, and their analysis.
 
-use std::f64::consts::TAU;
-
 use ndarray::Array2;
 use wavecascade::analyze::{Analysis, Request, Results, Welch};
-use wavecascade::budget::Tendency;
 use wavecascade::chain::{Chain, Ends, Law, Laws, Losses, OnSite, Run, Simulation};
 use wavecascade::estimates::Averaging;
 use wavecascade::field::OpenOptions;
@@ -137,33 +134,4 @@ pub fn noise(n_times: usize, n_sites: usize) -> Array2<f64> {
         let (a, b) = (uniform(), uniform());
         (-2.0 * a.ln()).sqrt() * (std::f64::consts::TAU * b).cos()
     })
-}
-
-/// Burgers' equation `u_t + u u_x = nu u_xx`: `c = - u u_x`, `d = nu u_xx`, by the sums that define derivatives of a periodic row.
-pub struct Burgers {
-    pub viscosity: f64,
-    pub length: f64,
-}
-
-impl Tendency for Burgers {
-    fn evaluate(&self, _: f64, u: &[f64], conservative: &mut [f64], dissipative: &mut [f64]) {
-        let n = u.len();
-        let turn = |m: usize, j: usize| (TAU * (m * j % n) as f64 / n as f64).sin_cos();
-        conservative.fill(0.0);
-        dissipative.fill(0.0);
-        for m in 1..n.div_ceil(2) {
-            let k = TAU * m as f64 / self.length;
-            let (mut sine, mut cosine) = (0.0, 0.0);
-            for (j, u) in u.iter().enumerate() {
-                let (sin, cos) = turn(m, j);
-                sine += 2.0 / n as f64 * u * sin;
-                cosine += 2.0 / n as f64 * u * cos;
-            }
-            for j in 0..n {
-                let (sin, cos) = turn(m, j);
-                conservative[j] -= u[j] * k * (sine * cos - cosine * sin);
-                dissipative[j] -= self.viscosity * k * k * (sine * sin + cosine * cos);
-            }
-        }
-    }
 }
