@@ -4,7 +4,7 @@ use super::axis::PlotAxis;
 use super::curve;
 use super::legend::{self, Entry, Stroke};
 use super::panel::{Margins, Panel};
-use super::scene::{Color, FAINT, Rect, Scene};
+use super::scene::{Color, FAINT, Point, Rect, Scene};
 use super::uprights;
 use crate::sheet::{Band, Chart, Look, Marker, PALETTE, Series, Weight};
 
@@ -50,7 +50,8 @@ impl Series {
             let upper = part.iter().flatten().map(|[x, top, _]| (*x, *top));
             let lower = part.iter().flatten().map(|[x, _, bottom]| (*x, *bottom));
             if part.len() > 1 {
-                scene.polygon(upper.chain(lower.rev()).collect(), self.tint());
+                let corners: Vec<Point> = upper.chain(lower.rev()).collect();
+                scene.polygon(&corners, self.tint());
             }
         }
     }
@@ -111,14 +112,14 @@ impl Series {
                         legend::draw_marker(scene, Marker::Circle, path[0], color);
                     }
                     Look::Dashed => scene.dashed_path(&path, color, self.width()),
-                    _ => scene.line(path, color, self.width()),
+                    _ => scene.line(&path, color, self.width()),
                 }
             }
         }
         for (point, error) in self.points.iter().zip(&self.errors) {
             let ends = [point.1 - error, point.1 + error];
             for bar in curve::paths(&ends.map(|y| (point.0, y)), panel) {
-                scene.line(bar, color, self.width());
+                scene.line(&bar, color, self.width());
             }
         }
         let Some(symbol) = symbol else { return };
@@ -139,11 +140,12 @@ impl Series {
 
 impl Chart {
     pub(super) fn panel(&self, rect: Rect, names_x: bool) -> Panel {
-        let x = PlotAxis::over(&self.x_label, &self.x, self.log_x);
-        let y = PlotAxis::over(&self.y_label, &self.y, self.log_y);
+        let second = self.second_y.clone();
         Panel {
+            rect,
+            x: PlotAxis::over(&self.x_label, &self.x, self.log_x, None),
+            y: PlotAxis::over(&self.y_label, &self.y, self.log_y, second),
             names_x,
-            ..Panel::new(rect, x, y.with_second(self.second_y.clone()))
         }
     }
 

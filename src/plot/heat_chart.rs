@@ -1,48 +1,28 @@
 //! A map of cells on axes of which the horizontal one may be logarithmic, with a colour bar.
 
-use super::axis::PlotAxis;
+use super::axis::{PlotAxis, Side};
 use super::dispersion;
-use super::heat::{self, BarSide, ColorBar, Greys};
+use super::heat::{self, ColorBar, Greys};
 use super::legend::Entry;
 use super::panel::{self, Margins, Panel};
-use super::scale::ColorScale;
-use super::scene::{Anchor, INK, Rect, Scene};
+use super::scale::Scale;
+use super::scene::{Anchor, INK, Rect, Scene, WHITE};
 use super::style::Style;
 use super::uprights;
 use crate::sheet::{Colors, HeatChart, Map, Reduction, Role};
 
-const WHITE: [u8; 3] = [255; 3];
-
-/// The colours of maps that share them.
-pub(super) struct Legend<'a> {
-    scale: ColorScale,
-    quantity: &'a str,
-    greys: Greys,
-}
-
-impl<'a> Legend<'a> {
-    /// The scale of the first map, which others share, and the greys of all.
-    pub fn of(maps: &[&'a HeatChart], style: &Style) -> Option<Legend<'a>> {
-        let first = maps.first()?;
-        Some(Legend {
-            scale: first.scale(style),
-            quantity: &first.label,
-            greys: Greys {
-                missing: maps
-                    .iter()
-                    .any(|map| map.shown_values().any(|value| !value.is_finite())),
-                both_signs: maps.iter().any(|map| map.holds_both_signs()),
-            },
-        })
-    }
-
-    pub fn bar(&self) -> ColorBar<'_> {
-        ColorBar {
-            scale: &self.scale,
-            quantity: self.quantity,
-            greys: self.greys,
-        }
-    }
+/// The colour bar of a map, or of maps that share the scale of the first; the greys are those of all.
+pub(super) fn color_bar<'a>(maps: &[&'a HeatChart], style: &Style) -> Option<ColorBar<'a>> {
+    let first = maps.first()?;
+    let misses = |map: &&HeatChart| map.shown_values().any(|value| !value.is_finite());
+    Some(ColorBar {
+        scale: first.scale(style),
+        quantity: &first.label,
+        greys: Greys {
+            missing: maps.iter().any(misses),
+            both_signs: maps.iter().any(|map| map.holds_both_signs()),
+        },
+    })
 }
 
 impl HeatChart {
@@ -55,11 +35,11 @@ impl HeatChart {
             let roles = self.roles.filter(|roles| roles[axis] == Role::Wavenumber);
             roles.and(self.second.clone())
         };
-        let x = PlotAxis::over(&self.x_label, &self.x, self.log_x).with_second(second(0));
-        let y = PlotAxis::over(&self.y_label, &self.y, false).with_second(second(1));
         Panel {
+            rect,
+            x: PlotAxis::over(&self.x_label, &self.x, self.log_x, second(0)),
+            y: PlotAxis::over(&self.y_label, &self.y, false, second(1)),
             names_x,
-            ..Panel::new(rect, x, y)
         }
     }
 
@@ -73,14 +53,12 @@ impl HeatChart {
         self.shown().is_some_and(heat::holds_both_signs)
     }
 
-    fn scale(&self, style: &Style) -> ColorScale {
+    fn scale(&self, style: &Style) -> Scale {
         match (&self.colors, self.shared) {
-            (Colors::Between(range), _) => ColorScale::between(range.start, range.end),
-            (Colors::Signed { limit, decades }, _) => {
-                ColorScale::signed([*limit].into_iter(), *decades)
-            }
-            (Colors::Powers, Some(ends)) => ColorScale::log(ends.into_iter(), style.depth),
-            (Colors::Powers, None) => ColorScale::log(self.shown_values(), style.depth),
+            (Colors::Between(range), _) => Scale::linear(range.start, range.end),
+            (Colors::Signed { limit, decades }, _) => Scale::signed(*limit, *decades),
+            (Colors::Powers, Some(ends)) => Scale::fitted(ends.into_iter(), style.depth),
+            (Colors::Powers, None) => Scale::fitted(self.shown_values(), style.depth),
         }
     }
 
@@ -110,35 +88,32 @@ impl HeatChart {
         &self,
         rect: Rect,
         names_x: bool,
-        bar: Option<BarSide>,
+        bar: Option<Side>,
         style: &Style,
     ) -> Margins {
         let panel = self.panel(rect, names_x);
         let mut margins = panel.margins();
         margins.top = margins.top.max(uprights::height(&self.marks, &panel));
-        if let Some((side, legend)) = bar.zip(Legend::of(&[self], style)) {
-            match side {
-                BarSide::Right => {
-                    let bar = legend.bar().extent(side, rect.height()) + beside(&panel);
-                    margins.right = margins.right.max(bar);
-                }
-                BarSide::Below => margins.bottom += legend.bar().extent(side, rect.width()),
+        if let Some((side, bar)) = bar.zip(color_bar(&[self], style)) {
+            let extent = bar.extent(side, side.length(&rect));
+            match side.is_upright() {
+                true => margins.right = margins.right.max(extent + beside(&panel)),
+                false => margins.bottom += extent,
             }
         }
         margins
     }
 
-    pub(super) fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool, bar: Option<BarSide>) {
+    pub(super) fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool, bar: Option<Side>) {
         let (panel, scale) = (self.panel(rect, names_x), self.scale(&scene.style));
-        match self.shown() {
-            Some(map) if self.holds_both_signs() => heat::draw_signed(scene, &panel, map, &scale),
-            Some(map) => heat::draw(scene, &panel, map.values.view(), &scale),
-            None => heat::draw(scene, &panel, self.values.view(), &scale),
-        }
-        let color = match scale {
-            ColorScale::Diverging { .. } | ColorScale::Signed { .. } => INK,
-            _ => WHITE,
+        let colormap = scene.style.colormap;
+        let image = match self.shown() {
+            Some(map) if self.holds_both_signs() => heat::signed_image(rect, map, &scale, colormap),
+            Some(map) => heat::image(rect, map.values.view(), &scale, colormap),
+            None => heat::image(rect, self.values.view(), &scale, colormap),
         };
+        scene.image(&image);
+        let color = if scale.is_signed() { INK } else { WHITE };
         dispersion::draw(scene, &panel, &self.curves);
         uprights::draw(scene, &self.marks, &panel, color);
         for level in &self.levels {
@@ -146,7 +121,7 @@ impl HeatChart {
             let Some(y) = panel.place_y(level.at).filter(inside) else {
                 continue;
             };
-            scene.dashes((rect.left, y), (rect.right, y), color, 2.0);
+            scene.dashed_path(&[(rect.left, y), (rect.right, y)], color, 2.0);
             let name = if y - rect.top > 30.0 {
                 y - 16.0
             } else {
@@ -155,12 +130,12 @@ impl HeatChart {
             panel::note(scene, &level.label, (rect.right - 10.0, name), Anchor::End);
         }
         panel.draw_axes(scene);
-        if let Some((side, legend)) = bar.zip(Legend::of(&[self], &scene.style)) {
-            let from = match side {
-                BarSide::Right => beside(&panel),
-                BarSide::Below => panel.margins().bottom,
+        if let Some((side, bar)) = bar.zip(color_bar(&[self], &scene.style)) {
+            let from = match side.is_upright() {
+                true => beside(&panel),
+                false => panel.margins().bottom,
             };
-            legend.bar().draw(scene, rect, side, from);
+            bar.draw(scene, rect, side, from);
         }
     }
 }

@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 
 use super::Figure;
+use super::axis::{EDGE, LABEL_SIZE, LINE, Side, TICK_SIZE};
 use super::font;
-use super::heat::BarSide;
-use super::heat_chart::Legend;
+use super::heat_chart::color_bar;
 use super::legend::{self, Entry};
-use super::panel::{self, EDGE, LABEL_SIZE, LINE, Margins, TICK_SIZE};
+use super::panel::{self, Margins};
 use super::scene::{Anchor, Rect, Scene};
 use super::style::Style;
 use crate::sheet::{Describe, FigureLayout, HeatChart, Plot, PlotRow, Sheet};
@@ -29,7 +29,7 @@ impl Plot {
         }
     }
 
-    fn margins(&self, rect: Rect, names_x: bool, bar: Option<BarSide>, style: &Style) -> Margins {
+    fn margins(&self, rect: Rect, names_x: bool, bar: Option<Side>, style: &Style) -> Margins {
         match self {
             Plot::Chart(chart) => chart.margins(rect, names_x),
             Plot::Map(map) => map.margins(rect, names_x, bar, style),
@@ -43,7 +43,7 @@ impl Plot {
         }
     }
 
-    fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool, bar: Option<BarSide>) {
+    fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool, bar: Option<Side>) {
         match self {
             Plot::Chart(chart) => chart.draw(scene, rect, names_x),
             Plot::Map(map) => map.draw(scene, rect, names_x, bar),
@@ -58,7 +58,7 @@ impl FigureLayout {
             true => self.title.clone(),
             false => format!("{}: {}", self.title, self.data),
         };
-        let mut scene = Scene::new(&title, style, 0.0);
+        let mut scene = Scene::new(&title, style);
         let top = panel::heading(&mut scene, &self.title, &self.data);
         Layout::of(self, &scene.style.clone(), scene.width, top).draw(&mut scene);
         Figure { name, scene }
@@ -156,10 +156,10 @@ impl<'a> Layout<'a> {
     }
 
     /// Where maps have their colour bars; if they share it, it is below the last row.
-    fn bar(&self) -> Option<BarSide> {
+    fn bar(&self) -> Option<Side> {
         let side = match self.style.is_narrow() {
-            true => BarSide::Below,
-            false => BarSide::Right,
+            true => Side::Below,
+            false => Side::Right,
         };
         self.sharing().is_empty().then_some(side)
     }
@@ -255,10 +255,9 @@ impl<'a> Layout<'a> {
         let common = legend::height(&self.common, room);
         let notes = self.notes(before.unwrap_or(&rows)).len();
         let foot = 1.25 * TICK_SIZE * notes as f64 + EDGE;
-        let bar = Legend::of(&self.sharing(), self.style);
-        let bar = bar.map_or(0.0, |of| {
-            let length = self.frames(&rows, 0.0).width();
-            of.bar().extent(BarSide::Below, length)
+        let bar = color_bar(&self.sharing(), self.style);
+        let bar = bar.map_or(0.0, |bar| {
+            bar.extent(Side::Below, self.frames(&rows, 0.0).width())
         });
         let fixed = self.top + common + beside + bar + foot;
         let frames: f64 = rows.iter().map(|row| row.frame).sum();
@@ -286,10 +285,10 @@ impl<'a> Layout<'a> {
             }
             top = frame_top + measured.frame + measured.margins.bottom + GAP;
         }
-        if let Some(of) = Legend::of(&self.sharing(), self.style) {
+        if let Some(bar) = color_bar(&self.sharing(), self.style) {
             let frames = self.frames(&rows, top - GAP);
-            of.bar().draw(scene, frames, BarSide::Below, 0.0);
-            top += of.bar().extent(BarSide::Below, frames.width());
+            bar.draw(scene, frames, Side::Below, 0.0);
+            top += bar.extent(Side::Below, frames.width());
         }
         let at = (2.0 * EDGE, top + 0.5 * TICK_SIZE);
         scene.lines(&self.notes(&rows), at, TICK_SIZE, Anchor::Start);

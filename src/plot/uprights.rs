@@ -1,8 +1,9 @@
 //! Vertical lines through a frame, with their names above it, or inside where an axis is above.
 
+use super::axis::TICK_SIZE;
 use super::font;
 use super::legend::ROW;
-use super::panel::{self, Panel, TICK_SIZE};
+use super::panel::{self, Panel};
 use super::scene::{Anchor, Color, Scene};
 use crate::sheet::Mark;
 

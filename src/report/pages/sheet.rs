@@ -4,7 +4,7 @@ use maud::{Markup, html as markup};
 
 use crate::plot::Style;
 use crate::report::Provenance;
-use crate::report::page::{self, CurveGroup, MapData, Page, Picture, sentence_case};
+use crate::report::page::{self, Page, Picture, sentence_case};
 use crate::sheet::{Chart, Describe, FigureLayout, Plot, Sheet, Table};
 
 /// The page of a result with the name `data`.
@@ -64,8 +64,8 @@ fn rows(figures: &[FigureLayout]) -> Vec<Vec<Picture>> {
         let plots = figure.rows.iter().flat_map(|row| &row.plots);
         if figure.shared_x {
             let charts: Vec<&Chart> = plots.filter_map(Plot::as_chart).collect();
-            let group = CurveGroup::of(figure.name.into(), figure.title.clone(), &charts);
-            rows.push(Vec::from_iter(group.map(Picture::from)));
+            let group = page::curves(figure.name.into(), figure.title.clone(), &charts);
+            rows.push(Vec::from_iter(group));
             continue;
         }
         let mut n = 0;
@@ -103,8 +103,8 @@ fn title(figure: &FigureLayout, plot: &str) -> String {
 /// A map whose axes count nothing known is drawn in figures alone.
 fn picture(id: String, title: String, plot: &Plot) -> Option<Picture> {
     match plot {
-        Plot::Chart(chart) => CurveGroup::of(id, title, &[chart]).map(Picture::from),
-        Plot::Map(map) => MapData::of(id, title, map).map(Picture::from),
+        Plot::Chart(chart) => page::curves(id, title, &[chart]),
+        Plot::Map(map) => page::map(id, title, map),
     }
 }
 
