@@ -24,35 +24,22 @@ impl Series {
         self.color().map(|c| 255 - (255 - c) / 10 * 3)
     }
 
+    /// From the upper ends to the lower ones, as far as they are inside the frame.
     fn draw_band(&self, scene: &mut Scene, panel: &Panel, band: &Band) {
-        let rect = panel.rect;
-        // One column of the picture has one lower and one upper end.
-        let mut columns: Vec<Option<[f64; 3]>> = Vec::new();
-        for ((x, _), (low, high)) in self.points.iter().zip(&band.ends) {
-            let placed = (panel.place_x(*x), panel.place_y(*low), panel.place_y(*high));
-            let (Some(x), Some(low), Some(high)) = placed else {
-                columns.push(None);
-                continue;
-            };
-            if x < rect.left || x > rect.right {
-                continue;
-            }
-            let inside = |y: f64| y.clamp(rect.top, rect.bottom);
-            let [low, high] = [inside(low), inside(high)];
-            match columns.last_mut() {
-                Some(Some([at, top, bottom])) if at.floor() == x.floor() => {
-                    (*top, *bottom) = (top.min(high), bottom.max(low));
-                }
-                _ => columns.push(Some([x, high, low])),
-            }
-        }
-        for part in columns.split(|column| column.is_none()) {
-            let upper = part.iter().flatten().map(|[x, top, _]| (*x, *top));
-            let lower = part.iter().flatten().map(|[x, _, bottom]| (*x, *bottom));
-            if part.len() > 1 {
-                let corners: Vec<Point> = upper.chain(lower.rev()).collect();
-                scene.polygon(&corners, self.tint());
-            }
+        let scale = &panel.y.scale;
+        let paths = |of: fn(&(f64, f64)) -> f64| {
+            let ends = self.points.iter().zip(&band.ends);
+            let ends = ends.map(
+                |((x, _), ends)| match ends.0.is_finite() && ends.1.is_finite() {
+                    true => (*x, of(ends).clamp(scale.low, scale.high)),
+                    false => (*x, f64::NAN),
+                },
+            );
+            curve::paths(&ends.collect::<Vec<Point>>(), panel)
+        };
+        for (upper, lower) in paths(|ends| ends.1).into_iter().zip(paths(|ends| ends.0)) {
+            let corners: Vec<Point> = upper.into_iter().chain(lower.into_iter().rev()).collect();
+            scene.polygon(&corners, self.tint());
         }
     }
 
@@ -111,7 +98,7 @@ impl Series {
                     _ if curve::is_a_dot(&path) => {
                         legend::draw_marker(scene, Marker::Circle, path[0], color);
                     }
-                    Look::Dashed => scene.dashed_path(&path, color, self.width()),
+                    Look::Dashed => scene.dashes(&path, color, self.width()),
                     _ => scene.line(&path, color, self.width()),
                 }
             }
@@ -184,7 +171,7 @@ impl Chart {
         for level in &self.levels {
             if let Some(y) = panel.place_y(level.at) {
                 for path in rect.clip_path(vec![(rect.left, y), (rect.right, y)]) {
-                    scene.dashed_path(&path, FAINT, 1.6);
+                    scene.dashes(&path, FAINT, 1.6);
                 }
             }
         }

@@ -14,8 +14,8 @@ const EDGE: f64 = 1.3;
 pub(super) fn draw(scene: &mut Scene, panel: &Panel, curves: &[Curve]) {
     for (line, color) in colored(curves) {
         for run in curve::paths(&line.points, panel) {
-            scene.dashed_path(&run, INK, WIDTH + 2.0 * EDGE);
-            scene.dashed_path(&run, color, WIDTH);
+            scene.dashes(&run, INK, WIDTH + 2.0 * EDGE);
+            scene.dashes(&run, color, WIDTH);
         }
     }
 }

@@ -121,7 +121,7 @@ impl HeatChart {
             let Some(y) = panel.place_y(level.at).filter(inside) else {
                 continue;
             };
-            scene.dashed_path(&[(rect.left, y), (rect.right, y)], color, 2.0);
+            scene.dashes(&[(rect.left, y), (rect.right, y)], color, 2.0);
             let name = if y - rect.top > 30.0 {
                 y - 16.0
             } else {

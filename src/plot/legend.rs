@@ -113,10 +113,10 @@ fn draw_entry(scene: &mut Scene, entry: &Entry, (x, y): (f64, f64), room: f64) {
     let ends = [(x, y), (x + SAMPLE, y)];
     match entry.stroke {
         Stroke::Solid => scene.line(&ends, entry.color, entry.width),
-        Stroke::Dashed => scene.dashed_path(&ends, entry.color, entry.width),
+        Stroke::Dashed => scene.dashes(&ends, entry.color, entry.width),
         Stroke::Edged => {
-            scene.dashed_path(&ends, INK, entry.width + 2.6);
-            scene.dashed_path(&ends, entry.color, entry.width);
+            scene.dashes(&ends, INK, entry.width + 2.6);
+            scene.dashes(&ends, entry.color, entry.width);
         }
         Stroke::Nothing => {}
     }

@@ -141,9 +141,18 @@ impl Scene {
     }
 
     pub fn line(&mut self, points: &[Point], color: Color, width: f64) {
+        self.stroke(points, color, width, "");
+    }
+
+    /// A line of dashes.
+    pub fn dashes(&mut self, points: &[Point], color: Color, width: f64) {
+        self.stroke(points, color, width, " stroke-dasharray=\"9 6\"");
+    }
+
+    fn stroke(&mut self, points: &[Point], color: Color, width: f64, dashes: &str) {
         let (ink, width, points) = (hex(color), width.max(1.0), list(points));
         self.add(&format!(
-            "<polyline fill=\"none\" stroke=\"{ink}\" stroke-width=\"{width}\" points=\"{points}\"/>"
+            "<polyline fill=\"none\" stroke=\"{ink}\" stroke-width=\"{width}\"{dashes} points=\"{points}\"/>"
         ));
     }
 
@@ -176,45 +185,6 @@ impl Scene {
             "<image {place} preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" \
              href=\"data:image/png;base64,{data}\"/>"
         ));
-    }
-
-    /// A path of dashes 9 units long, 6 apart, across its corners.
-    pub fn dashed_path(&mut self, path: &[Point], color: Color, width: f64) {
-        const PERIOD: f64 = 15.0;
-        const DASH: f64 = 9.0;
-        let mut passed = 0.0;
-        let mut dash: Vec<Point> = Vec::new();
-        for pair in path.windows(2) {
-            let (from, to) = (pair[0], pair[1]);
-            let length = (to.0 - from.0).hypot(to.1 - from.1);
-            let along = |s: f64| {
-                let share = s / length;
-                (
-                    from.0 + (to.0 - from.0) * share,
-                    from.1 + (to.1 - from.1) * share,
-                )
-            };
-            let mut at = 0.0;
-            while at < length {
-                let phase = (passed + at) % PERIOD;
-                let end = if phase < DASH { DASH } else { PERIOD };
-                // A step below rounding would never end.
-                let next = (at + (end - phase).max(1e-6)).min(length);
-                if phase < DASH {
-                    if dash.is_empty() {
-                        dash.push(along(at));
-                    }
-                    dash.push(along(next));
-                } else if !dash.is_empty() {
-                    self.line(&std::mem::take(&mut dash), color, width);
-                }
-                at = next;
-            }
-            passed += length;
-        }
-        if dash.len() > 1 {
-            self.line(&dash, color, width);
-        }
     }
 
     pub fn outline(&mut self, rect: Rect, color: Color) {

@@ -37,7 +37,7 @@ pub use headlines::{Headlines, MovedShares};
 pub use netcdf::NetCdf;
 #[cfg(feature = "figures")]
 pub use pages::{fields_html, sheet_html};
-pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
+pub use partial::{PARTIAL_SCHEMA, read_partial, read_partial_about, write_partial};
 pub use provenance::Provenance;
 pub use run_file::{RUN_SCHEMA, RunFile, RunParts};
 pub use scan_records::{records_json, records_table};

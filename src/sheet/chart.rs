@@ -35,10 +35,11 @@ pub enum Weight {
     Gap,
 }
 
-/// An upright line at an abscissa, with a word above its upper end.
+/// A dashed line at a value of one axis, across the chart, with its name. That of an upright one is above its upper end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mark {
     pub at: f64,
+    /// Empty for a line without a name.
     pub label: String,
 }
 
@@ -47,7 +48,15 @@ impl Mark {
         let label = label.into();
         Mark { at, label }
     }
+
+    /// The line at 0, without a name.
+    pub fn zero() -> Mark {
+        Mark::new(0.0, "")
+    }
 }
+
+/// One that is level.
+pub type Level = Mark;
 
 /// A symbol at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -150,26 +159,6 @@ impl Series {
             band: is_known.then_some(Band { label, ends }),
             ..self
         }
-    }
-}
-
-/// A dashed line across a chart at a value, with its name.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Level {
-    pub at: f64,
-    /// Empty for a line without a name.
-    pub label: String,
-}
-
-impl Level {
-    pub fn new(at: f64, label: impl Into<String>) -> Level {
-        let label = label.into();
-        Level { at, label }
-    }
-
-    /// The line at 0, without a name.
-    pub fn zero() -> Level {
-        Level::new(0.0, "")
     }
 }
 
