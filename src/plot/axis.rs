@@ -120,12 +120,13 @@ impl Edge {
             let ticks = scale.ticks(count).into_iter();
             let placed = ticks.filter_map(|tick| Some((scale.place(tick.value)?, tick.text)));
             let mut ticks: Vec<(f64, String)> = placed.collect();
-            let widest = widest(ticks.iter().chain(&lowest));
-            let needed = match is_upright {
-                true => 1.5 * TICK_SIZE,
-                false => widest + 0.6 * TICK_SIZE,
+            // From a tick to the next, and from the lowest colour's to the first.
+            let (wide, lowest_wide) = (widest(ticks.iter()), widest(lowest.iter()));
+            let [needed, from] = match is_upright {
+                true => [1.5 * TICK_SIZE; 2],
+                false => [wide, 0.5 * (wide + lowest_wide)].map(|width| width + 0.6 * TICK_SIZE),
             };
-            ticks.retain(|(share, _)| lowest.is_none() || share * length > needed);
+            ticks.retain(|(share, _)| lowest.is_none() || share * length > from);
             let mut pairs = ticks.windows(2);
             let is_crowded = pairs.any(|pair| (pair[1].0 - pair[0].0) * length < needed);
             if is_upright || !is_crowded || count <= 1 {

@@ -1,12 +1,12 @@
-//! One pair of axes with lines, dots and marks, linear or logarithmic.
+//! One pair of axes with lines, dots and marks, linear or logarithmic, and with the cells of a map.
 
-use super::axis::PlotAxis;
-use super::curve;
+use super::axis::{PlotAxis, Side};
+use super::heat_chart::color_bar;
 use super::legend::{self, Entry, Stroke};
-use super::panel::{Margins, Panel};
-use super::scene::{Color, FAINT, Point, Rect, Scene};
-use super::uprights;
-use crate::sheet::{Band, Chart, Look, Marker, PALETTE, Series, Weight};
+use super::panel::{self, Margins, Panel};
+use super::scene::{Anchor, Color, FAINT, INK, Point, Rect, Scene, WHITE};
+use super::{Style, curve, dispersion, uprights};
+use crate::sheet::{Band, Chart, Look, Marker, PALETTE, Role, Series, Weight};
 
 /// Symbols of points, one a round through the palette.
 const SYMBOLS: [Marker; 4] = [
@@ -126,12 +126,15 @@ impl Series {
 }
 
 impl Chart {
-    pub(super) fn panel(&self, rect: Rect, names_x: bool) -> Panel {
-        let second = self.second_y.clone();
+    fn panel(&self, rect: Rect, names_x: bool) -> Panel {
+        let second = |axis: usize| {
+            let second = self.second.clone();
+            second.filter(|_| self.roles[axis] == Some(Role::Wavenumber))
+        };
         Panel {
             rect,
-            x: PlotAxis::over(&self.x_label, &self.x, self.log_x, None),
-            y: PlotAxis::over(&self.y_label, &self.y, self.log_y, second),
+            x: PlotAxis::over(&self.x_label, &self.x, self.log_x, second(0)),
+            y: PlotAxis::over(&self.y_label, &self.y, self.log_y, second(1)),
             names_x,
         }
     }
@@ -150,35 +153,86 @@ impl Chart {
         named
             .map(|series| series.entry(width))
             .chain(bands)
-            .chain(levels.map(|level| Entry::dashed(&level.label, FAINT)))
+            // Those of maps are named where they are.
+            .chain(
+                levels
+                    .filter(|_| !self.is_map())
+                    .map(|level| Entry::dashed(&level.label, FAINT)),
+            )
+            .chain(dispersion::entries(&self.curves))
             .collect()
     }
 
-    /// What is drawn beside a frame of this size.
-    pub(super) fn margins(&self, rect: Rect, names_x: bool) -> Margins {
+    /// What is drawn beside a frame of this size, with the colour bar of a map at this side.
+    pub(super) fn margins(
+        &self,
+        rect: Rect,
+        names_x: bool,
+        bar: Option<Side>,
+        style: &Style,
+    ) -> Margins {
         let panel = self.panel(rect, names_x);
-        let margins = panel.margins();
-        Margins {
-            top: margins.top.max(uprights::height(&self.marks, &panel)),
-            ..margins
+        let mut margins = panel.margins();
+        margins.top = margins.top.max(uprights::height(&self.marks, &panel));
+        if let Some((side, bar)) = bar.zip(color_bar(&[self], style)) {
+            let extent = bar.extent(side, side.length(&rect));
+            match side.is_upright() {
+                true => margins.right = margins.right.max(extent + beside(&panel)),
+                false => margins.bottom += extent,
+            }
         }
+        margins
     }
 
-    pub(super) fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool) {
-        let panel = self.panel(rect, names_x);
-        panel.draw_grid(scene);
-        uprights::draw(scene, &self.marks, &panel, FAINT);
+    pub(super) fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool, bar: Option<Side>) {
+        let (panel, is_map) = (self.panel(rect, names_x), self.is_map());
+        let scale = self.scale(&scene.style);
+        let color = match (is_map, scale.is_signed()) {
+            (false, _) => FAINT,
+            (true, true) => INK,
+            (true, false) => WHITE,
+        };
+        match is_map {
+            true => scene.image(&self.image(rect, &scale, scene.style.colormap)),
+            false => panel.draw_grid(scene),
+        }
+        dispersion::draw(scene, &panel, &self.curves);
+        uprights::draw(scene, &self.marks, &panel, color);
         for level in &self.levels {
-            if let Some(y) = panel.place_y(level.at) {
-                for path in rect.clip_path(vec![(rect.left, y), (rect.right, y)]) {
-                    scene.dashes(&path, FAINT, 1.6);
-                }
+            let inside = |y: &f64| *y > rect.top && *y < rect.bottom;
+            let Some(y) = panel.place_y(level.at).filter(inside) else {
+                continue;
+            };
+            let width = if is_map { 2.0 } else { 1.6 };
+            scene.dashes(&[(rect.left, y), (rect.right, y)], color, width);
+            if is_map {
+                let name = if y - rect.top > 30.0 {
+                    y - 16.0
+                } else {
+                    y + 16.0
+                };
+                panel::note(scene, &level.label, (rect.right - 10.0, name), Anchor::End);
             }
         }
         for series in &self.series {
             series.draw(scene, &panel);
         }
         panel.draw_axes(scene);
+        if let Some((side, bar)) = bar.zip(color_bar(&[self], &scene.style)) {
+            let from = match side.is_upright() {
+                true => beside(&panel),
+                false => panel.margins().bottom,
+            };
+            bar.draw(scene, rect, side, from);
+        }
+    }
+}
+
+/// What a second vertical axis takes right of a frame.
+fn beside(panel: &Panel) -> f64 {
+    match panel.y.second {
+        Some(_) => panel.margins().right,
+        None => 0.0,
     }
 }
 

@@ -27,8 +27,8 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 pub use crate::sheet::{
-    Band, Chart, Colors, Curve, FigureLayout, HeatChart, Level, Look, Mark, Marker, PALETTE, Plot,
-    PlotRow, Role, Series, Weight, around, extent, magnitudes, ordinary,
+    Band, Chart, Colors, Curve, FigureLayout, Level, Look, Mark, Marker, PALETTE, PlotRow, Role,
+    Series, Weight, around, extent, magnitudes, ordinary,
 };
 pub use layout::figures_of;
 pub use own_chart::{Area, own_chart, px, sans};

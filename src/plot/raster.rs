@@ -90,3 +90,40 @@ pub(super) fn png(
         .map_err(|error| error.to_string())?;
     Ok(file)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Style;
+    use super::super::scene::{Image, Rect, Scene};
+    use super::*;
+
+    #[test]
+    fn cells_of_an_image_fill_their_pixels() {
+        let mut scene = Scene::new("", &Style::screen());
+        // Half an inch.
+        (scene.width, scene.height) = (48.0, 48.0);
+        let (left, top, right, bottom) = (0.0, 0.0, 48.0, 48.0);
+        let at = Rect {
+            left,
+            top,
+            right,
+            bottom,
+        };
+        let (palette, cells) = (vec![[1, 2, 3], [4, 5, 6]], vec![0, 1]);
+        scene.image(&Image {
+            at,
+            columns: 1,
+            rows: 2,
+            palette,
+            cells,
+        });
+        let file = rendered(&scene.document(), Style::screen().dpi).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(file))
+            .read_info()
+            .unwrap();
+        let mut pixels = vec![0; 72 * 72 * 3];
+        reader.next_frame(&mut pixels).unwrap();
+        let (upper, lower) = pixels.split_at(36 * 72 * 3);
+        assert!(upper == [1, 2, 3].repeat(36 * 72) && lower == [4, 5, 6].repeat(36 * 72));
+    }
+}

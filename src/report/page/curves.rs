@@ -46,7 +46,7 @@ pub(in crate::report) fn curves(id: String, title: String, charts: &[&Chart]) ->
             "title": title,
             "note": note,
             "label": first.x_label,
-            "role": first.role,
+            "role": first.roles[0],
             "log": first.log_x,
             "marks": marks.collect::<Vec<_>>(),
             "cumulative": first.is_cumulative,

@@ -3,11 +3,13 @@
 use serde_json::{Value, json};
 
 use super::{Picture, doubles, singles};
-use crate::sheet::{Colors, Curve, HeatChart, Map, Reduction, Role};
+use crate::sheet::{Chart, Colors, Curve, Map, Reduction, Role};
 
 /// A map whose axes have roles. Cells are little-endian f32, row by row from the lowest y.
-pub(in crate::report) fn map(id: String, title: String, map: &HeatChart) -> Option<Picture> {
-    let roles = map.roles?;
+pub(in crate::report) fn map(id: String, title: String, map: &Chart) -> Option<Picture> {
+    let [Some(x_role), Some(y_role)] = map.roles else {
+        return None;
+    };
     let reduced = map.reduced.as_deref();
     let [x, y] = match reduced {
         Some(whole) => [&whole.x, &whole.y].map(|axis| (axis.low, axis.high)),
@@ -29,11 +31,8 @@ pub(in crate::report) fn map(id: String, title: String, map: &HeatChart) -> Opti
         Colors::Powers => (false, None, map.shared),
     };
     // The curve beside the map runs along time or position at first.
-    let along = match roles {
-        [
-            Role::Wavenumber | Role::Frequency,
-            Role::Time | Role::Position,
-        ] => "x",
+    let along = match (x_role, y_role) {
+        (Role::Wavenumber | Role::Frequency, Role::Time | Role::Position) => "x",
         _ => "y",
     };
     let detail = reduced.and_then(|whole| whole.detail.as_deref());
@@ -49,8 +48,8 @@ pub(in crate::report) fn map(id: String, title: String, map: &HeatChart) -> Opti
         ("kind", json!("map")),
         ("id", json!(id)),
         ("title", json!(title)),
-        ("x", axis(roles[0], &map.x_label, x, marks)),
-        ("y", axis(roles[1], &map.y_label, y, levels)),
+        ("x", axis(x_role, &map.x_label, x, marks)),
+        ("y", axis(y_role, &map.y_label, y, levels)),
         ("label", json!(map.label)),
         ("signed", json!(signed)),
         // Whether the page opens with linear colours; those of signed values are linear anyway.
@@ -128,7 +127,7 @@ pub(super) fn page_opens(not_shown: &str) -> String {
 }
 
 /// What it shows, how much a cell holds, the names of its curves, and what it leaves out at first.
-fn caption(map: &HeatChart) -> String {
+fn caption(map: &Chart) -> String {
     let mut caption = map.caption.clone();
     if let Some(whole) = &map.reduced {
         let cells = |of: &Map| {
@@ -136,17 +135,15 @@ fn caption(map: &HeatChart) -> String {
             format!("{rows} × {columns}")
         };
         let [fine, coarse] = [cells(whole.shown()), cells(whole)];
-        let (what, signs) = match whole.reduction {
-            Reduction::Max { .. } => ("the largest value", ""),
-            Reduction::Extreme { .. } => (
-                "the value of largest magnitude",
-                ", or grey where it holds both signs",
-            ),
+        let what = whole.reduction.shows();
+        let signs = match whole.reduction {
+            Reduction::Max { .. } => "",
+            Reduction::Extreme { .. } => ", or grey where it holds both signs",
         };
         if coarse != "1 × 1" {
-            caption += &format!(" Each cell shows {what} of {fine} samples{signs}");
+            caption += &format!(" Each cell shows the {what} of {fine} samples{signs}");
             if fine != coarse {
-                caption += &format!("; in the whole picture, {what} of {coarse}");
+                caption += &format!("; in the whole picture, the {what} of {coarse}");
             }
             caption += ".";
         }

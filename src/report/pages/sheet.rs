@@ -5,7 +5,7 @@ use maud::{Markup, html as markup};
 use crate::plot::Style;
 use crate::report::Provenance;
 use crate::report::page::{self, Page, Picture, sentence_case};
-use crate::sheet::{Chart, Describe, FigureLayout, Plot, Sheet, Table};
+use crate::sheet::{Chart, Describe, FigureLayout, Sheet, Table};
 
 /// The page of a result with the name `data`.
 ///
@@ -63,7 +63,7 @@ fn rows(figures: &[FigureLayout]) -> Vec<Vec<Picture>> {
     for figure in figures {
         let plots = figure.rows.iter().flat_map(|row| &row.plots);
         if figure.shared_x {
-            let charts: Vec<&Chart> = plots.filter_map(Plot::as_chart).collect();
+            let charts: Vec<&Chart> = plots.filter(|plot| !plot.is_map()).collect();
             let group = page::curves(figure.name.into(), figure.title.clone(), &charts);
             rows.push(Vec::from_iter(group));
             continue;
@@ -72,14 +72,19 @@ fn rows(figures: &[FigureLayout]) -> Vec<Vec<Picture>> {
         for row in &figure.rows {
             let mut pictures = Vec::new();
             for plot in &row.plots {
-                let id = match (figure.name, plot) {
-                    ("", Plot::Chart(_)) => format!("chart-{count}"),
-                    ("", Plot::Map(_)) => format!("map-{count}"),
+                let id = match (figure.name, plot.is_map()) {
+                    ("", false) => format!("chart-{count}"),
+                    ("", true) => format!("map-{count}"),
                     (name, _) if n == 0 => name.to_owned(),
                     (name, _) => format!("{name}-{}", n + 1),
                 };
                 (n, count) = (n + 1, count + 1);
-                pictures.extend(picture(id, title(figure, plot.title()), plot));
+                let title = title(figure, &plot.title);
+                pictures.extend(match plot.is_map() {
+                    // One whose axes count nothing known is drawn in figures alone.
+                    true => page::map(id, title, plot),
+                    false => page::curves(id, title, &[plot]),
+                });
             }
             match figure.name {
                 "" => rows.extend(pictures.into_iter().map(|picture| vec![picture])),
@@ -97,14 +102,6 @@ fn title(figure: &FigureLayout, plot: &str) -> String {
         (title, "") => title.to_owned(),
         ("", plot) => sentence_case(plot),
         (title, plot) => format!("{title}: {plot}"),
-    }
-}
-
-/// A map whose axes count nothing known is drawn in figures alone.
-fn picture(id: String, title: String, plot: &Plot) -> Option<Picture> {
-    match plot {
-        Plot::Chart(chart) => page::curves(id, title, &[chart]),
-        Plot::Map(map) => page::map(id, title, map),
     }
 }
 
