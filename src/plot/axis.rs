@@ -83,7 +83,7 @@ impl Side {
     }
 
     /// So far out of a frame, at a share of the side from its left or lower end.
-    fn place(self, rect: &Rect, share: f64, out: f64) -> Point {
+    pub fn place(self, rect: &Rect, share: f64, out: f64) -> Point {
         let (x, y) = (
             rect.left + share * rect.width(),
             rect.bottom - share * rect.height(),

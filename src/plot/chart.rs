@@ -79,11 +79,8 @@ impl Series {
 
     fn entry(&self, width: f64) -> Entry {
         Entry {
-            label: self.label.clone(),
-            color: self.color(),
-            stroke: self.stroke(),
-            width: self.width(),
             marker: self.symbol(width),
+            ..Entry::new(&self.label, self.color(), self.stroke(), self.width())
         }
     }
 
@@ -145,20 +142,15 @@ impl Chart {
         let levels = self.levels.iter().filter(|level| !level.label.is_empty());
         let bands = self.series.iter().filter_map(|series| {
             let band = series.band.as_ref().filter(|band| !band.label.is_empty())?;
-            Some(Entry {
-                width: 9.0,
-                ..Entry::line(&band.label, series.tint())
-            })
+            Some(Entry::new(&band.label, series.tint(), Stroke::Solid, 9.0))
         });
+        // Those of maps are named where they are.
+        let levels = levels.filter(|_| !self.is_map());
+        let levels = levels.map(|level| Entry::new(&level.label, FAINT, Stroke::Dashed, 1.6));
         named
             .map(|series| series.entry(width))
             .chain(bands)
-            // Those of maps are named where they are.
-            .chain(
-                levels
-                    .filter(|_| !self.is_map())
-                    .map(|level| Entry::dashed(&level.label, FAINT)),
-            )
+            .chain(levels)
             .chain(dispersion::entries(&self.curves))
             .collect()
     }

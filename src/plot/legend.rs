@@ -31,29 +31,13 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    pub fn line(label: &str, color: Color) -> Entry {
+    pub fn new(label: &str, color: Color, stroke: Stroke, width: f64) -> Entry {
         Entry {
             label: label.into(),
             color,
-            stroke: Stroke::Solid,
-            width: 3.0,
+            stroke,
+            width,
             marker: None,
-        }
-    }
-
-    pub fn dashed(label: &str, color: Color) -> Entry {
-        Entry {
-            stroke: Stroke::Dashed,
-            width: 1.6,
-            ..Entry::line(label, color)
-        }
-    }
-
-    pub fn edged(label: &str, color: Color) -> Entry {
-        Entry {
-            stroke: Stroke::Edged,
-            width: 1.8,
-            ..Entry::line(label, color)
         }
     }
 

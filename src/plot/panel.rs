@@ -73,19 +73,12 @@ impl Panel {
 
     /// Light lines at the ticks, to be drawn under curves.
     pub fn draw_grid(&self, scene: &mut Scene) {
-        let Rect {
-            left,
-            top,
-            right,
-            bottom,
-        } = self.rect;
-        for (share, _) in self.edge(&self.x, Side::Below).ticks {
-            let x = left + share * (right - left);
-            scene.line(&[(x, top), (x, bottom)], GRID, 1.0);
-        }
-        for (share, _) in self.edge(&self.y, Side::Left).ticks {
-            let y = bottom - share * (bottom - top);
-            scene.line(&[(left, y), (right, y)], GRID, 1.0);
+        let (width, height) = (self.rect.width(), self.rect.height());
+        for (axis, side, across) in [(&self.x, Side::Below, height), (&self.y, Side::Left, width)] {
+            for (share, _) in self.edge(axis, side).ticks {
+                let ends = [0.0, -across].map(|out| side.place(&self.rect, share, out));
+                scene.line(&ends, GRID, 1.0);
+            }
         }
     }
 

@@ -10,7 +10,7 @@ const CURVE_LIMIT: usize = 1 << 16;
 
 /// Charts that share their x; without those that have no value, and `None` where none has one. Arrays are little-endian f64:
 /// energies of faint fields are below the range of f32.
-pub(in crate::report) fn curves(id: String, title: String, charts: &[&Chart]) -> Option<Picture> {
+pub(super) fn curves(id: String, title: String, charts: &[&Chart]) -> Option<Picture> {
     let has_values = |chart: &&&Chart| {
         let points = chart.series.iter().flat_map(|series| &series.points);
         points.into_iter().any(|point| point.1.is_finite())

@@ -6,7 +6,7 @@ use super::{Picture, doubles, singles};
 use crate::sheet::{Chart, Colors, Curve, Map, Reduction, Role};
 
 /// A map whose axes have roles. Cells are little-endian f32, row by row from the lowest y.
-pub(in crate::report) fn map(id: String, title: String, map: &Chart) -> Option<Picture> {
+pub(super) fn map(id: String, title: String, map: &Chart) -> Option<Picture> {
     let [Some(x_role), Some(y_role)] = map.roles else {
         return None;
     };

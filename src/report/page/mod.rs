@@ -1,8 +1,10 @@
-//! The kit that all pages are made of: a self-contained HTML page whose pictures are drawn by its
+//! Pages of results, and of several fields: a self-contained HTML page whose pictures are drawn by its
 //! own script, and the tables and paragraphs around them.
 
 mod curves;
+mod fields;
 mod map;
+mod sheet;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
@@ -11,9 +13,10 @@ use serde_json::{Value, json};
 
 use crate::plot::{self, Depth, Style};
 use crate::sheet::Warning;
-pub(super) use curves::curves;
-pub(super) use map::map;
-use map::page_opens;
+use curves::curves;
+pub use fields::fields_html;
+use map::{map, page_opens};
+pub use sheet::sheet_html;
 
 const PLOTLY: &str = include_str!("../../../assets/plotly/plotly-cartesian.min.js");
 const SCRIPT: &str = include_str!("../../../assets/page.js");
@@ -24,7 +27,7 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 
                       img-src data: blob:";
 
 /// A picture that the script draws, and what stands around it.
-pub(super) struct Picture {
+struct Picture {
     id: String,
     title: String,
     caption: String,
@@ -37,7 +40,8 @@ pub(super) struct Picture {
 }
 
 /// A page from top to bottom.
-pub(super) struct Page {
+#[derive(Default)]
+struct Page {
     pub title: String,
     /// What was computed, in one sentence.
     pub sentence: String,
@@ -228,7 +232,7 @@ fn without_unit(label: &str) -> &str {
 }
 
 /// Answers by their names, close together.
-pub(super) fn facts(named: &[(&str, String)]) -> Markup {
+fn facts(named: &[(&str, String)]) -> Markup {
     markup! {
         dl class="facts" {
             @for (name, text) in named { div { dt { (name) } dd { (prose(text)) } } }
@@ -237,7 +241,7 @@ pub(super) fn facts(named: &[(&str, String)]) -> Markup {
 }
 
 /// Each warning with what to do about it, if that is known. Without warnings, nothing.
-pub(super) fn warnings(warnings: &[Warning]) -> Markup {
+fn warnings(warnings: &[Warning]) -> Markup {
     markup! {
         @if !warnings.is_empty() {
             section id="warnings" aria-labelledby="warnings-heading" {
@@ -256,7 +260,7 @@ pub(super) fn warnings(warnings: &[Warning]) -> Markup {
 }
 
 /// Tables under one heading.
-pub(super) fn numbers(tables: Markup) -> Markup {
+fn numbers(tables: Markup) -> Markup {
     markup! {
         section id="summary" aria-labelledby="summary-heading" {
             h2 id="summary-heading" { "Summary" }
@@ -266,7 +270,7 @@ pub(super) fn numbers(tables: Markup) -> Markup {
 }
 
 /// A table, without a head of names and values; one of several columns scrolls by itself where it is wide.
-pub(super) fn table<C: Render>(title: &str, head: &[String], rows: &[Vec<C>]) -> Markup {
+fn table<C: Render>(title: &str, head: &[String], rows: &[Vec<C>]) -> Markup {
     let whole = markup! {
         table {
             caption { (title) }
@@ -291,7 +295,7 @@ pub(super) fn table<C: Render>(title: &str, head: &[String], rows: &[Vec<C>]) ->
 }
 
 /// A part that is folded until it is asked for.
-pub(super) fn folded(id: &str, title: &str, content: Markup) -> Markup {
+fn folded(id: &str, title: &str, content: Markup) -> Markup {
     markup! {
         section id=(id) {
             details {
@@ -303,7 +307,7 @@ pub(super) fn folded(id: &str, title: &str, content: Markup) -> Markup {
 }
 
 /// How the pictures are used, and what words mean.
-pub(super) fn how_to_read(definitions: &[[&str; 2]]) -> Markup {
+fn how_to_read(definitions: &[[&str; 2]]) -> Markup {
     let content = markup! {
         p {
             "Hover a picture to read it, drag to zoom, double-click to reset; with a finger, tap to \
@@ -320,7 +324,7 @@ pub(super) fn how_to_read(definitions: &[[&str; 2]]) -> Markup {
     folded("how-to-read", "How to read this", content)
 }
 
-pub(super) fn sentence_case(text: &str) -> String {
+fn sentence_case(text: &str) -> String {
     let mut rest = text.chars();
     match rest.next() {
         Some(first) => first.to_uppercase().chain(rest).collect(),
@@ -329,7 +333,7 @@ pub(super) fn sentence_case(text: &str) -> String {
 }
 
 /// Text whose parts between backticks are code. A number and its % stay in one line.
-pub(super) fn prose(text: &str) -> Markup {
+fn prose(text: &str) -> Markup {
     let text = text.replace(" %", "\u{a0}%");
     markup! {
         @for (index, part) in text.split('`').enumerate() {
