@@ -12,7 +12,7 @@ use wavecascade::estimates::{
     outline, partial as sum, partial_of_block,
 };
 use wavecascade::observer::Observer;
-use wavecascade::report::{PartialArrays, Provenance, read_partial, write_partial};
+use wavecascade::report::{Provenance, read_partial, write_partial};
 use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
 
@@ -35,11 +35,11 @@ pub struct Partial(Sums);
 impl Partial {
     #[new]
     fn new(about: String, sums: Bound<'_, PyArray1<f64>>) -> PyResult<Partial> {
-        let sums = numbers(sums)?;
-        let arrays = PartialArrays { about, sums };
-        let read = arrays.partial();
-        let read = read.map_err(|error| PyValueError::new_err(format!("partial: {error}")))?;
-        Ok(Partial(read))
+        let about = serde_json::from_str(&about);
+        Ok(Partial(Sums {
+            about: about.map_err(|error| PyValueError::new_err(format!("partial: {error}")))?,
+            sums: numbers(sums)?,
+        }))
     }
 
     #[allow(clippy::type_complexity)]
@@ -47,9 +47,9 @@ impl Partial {
         &self,
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyType>, (String, Bound<'py, PyArray1<f64>>))> {
-        let arrays = PartialArrays::new(&self.0);
-        let arrays = arrays.map_err(|error| PyValueError::new_err(error.to_string()))?;
-        let numbers = (arrays.about, arrays.sums.into_pyarray(py));
+        let about = serde_json::to_string(&self.0.about);
+        let about = about.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let numbers = (about, self.0.sums.clone().into_pyarray(py));
         Ok((py.get_type::<Partial>(), numbers))
     }
 

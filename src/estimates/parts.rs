@@ -131,7 +131,7 @@ fn begun(range: &Range<usize>, segments: usize) -> Vec<usize> {
 pub struct Partial {
     pub about: PartialAbout,
     /// The state of all tiles.
-    pub(crate) sums: Vec<f64>,
+    pub sums: Vec<f64>,
 }
 
 impl Partial {

@@ -7,8 +7,8 @@ use super::verdict::Misfit;
 use crate::field::Quantity;
 use crate::measure::cycles_per;
 use crate::sheet::{
-    BLUE, Chart, Colors, GREEN, HeatChart, Look, Plot, PlotRow, Role, Series, Sheet, VERMILLION,
-    listed, range, with_unit,
+    BLUE, Chart, Colors, GREEN, Look, PlotRow, Role, Series, Sheet, VERMILLION, listed, range,
+    with_unit,
 };
 use crate::unit::{compose, label, square};
 
@@ -162,8 +162,8 @@ impl Overlay {
         let some = (0..count).map(|i| i * (sites - 1) / (count - 1).max(1));
         let some = some.filter(|site| Some(*site) != worst);
         let records = some.map(|site| self.record(site, run));
-        let [left, spectra] = [self.map(run).into(), self.spectra(run).into()];
-        let plots: Vec<Plot> = match worst {
+        let [left, spectra] = [self.map(run), self.spectra(run)];
+        let plots: Vec<Chart> = match worst {
             Some(worst) => [left, self.record(worst, run), spectra]
                 .into_iter()
                 .chain(records)
@@ -173,10 +173,10 @@ impl Overlay {
         PlotRow::grid(2, plots)
     }
 
-    fn record(&self, site: usize, run: &str) -> Plot {
+    fn record(&self, site: usize, run: &str) -> Chart {
         let records = &self.records;
         let of = |values: &Array2<f64>| values.column(site).to_vec();
-        Plot::from(Chart::of(
+        Chart::of(
             some_places(records.quantity, &records.bodies[site..=site], 1),
             label("time t", &records.units[0]),
             label(records.quantity.name(), &records.units[1]),
@@ -184,10 +184,10 @@ impl Overlay {
                 Series::of("measured", BLUE, &records.times, &of(&self.measured)),
                 Series::of(run, VERMILLION, &records.times, &of(&self.run)).with(Look::Dashed),
             ],
-        ))
+        )
     }
 
-    fn map(&self, run: &str) -> HeatChart {
+    fn map(&self, run: &str) -> Chart {
         let (records, bodies) = (&self.records, self.bodies());
         let is_even = bodies.windows(3).all(|at| at[2] - at[1] == at[1] - at[0]);
         let is_rising = bodies.windows(2).all(|at| at[1] > at[0]);
@@ -197,7 +197,7 @@ impl Overlay {
         };
         let known = self.residual.iter().filter(|v| v.is_finite());
         let largest = known.fold(0.0, |m: f64, v| m.max(v.abs()));
-        HeatChart {
+        Chart {
             title: "what is left".into(),
             caption: format!("Measured less {run}. Noise looks the same everywhere."),
             x_label: x_label.into(),
@@ -207,8 +207,8 @@ impl Overlay {
             y: range(&records.times),
             values: self.residual.clone(),
             colors: Colors::Between(-largest..largest),
-            roles: Some([Role::Position, Role::Time]),
-            ..HeatChart::default()
+            roles: [Role::Position, Role::Time].map(Some),
+            ..Chart::default()
         }
     }
 

@@ -1,12 +1,12 @@
-//! One pair of axes with lines, dots and marks, linear or logarithmic.
+//! One pair of axes with lines, dots and marks, linear or logarithmic, and with the cells of a map.
 
-use super::axis::PlotAxis;
-use super::curve;
+use super::axis::{PlotAxis, Side};
+use super::heat_chart::color_bar;
 use super::legend::{self, Entry, Stroke};
-use super::panel::{Margins, Panel};
-use super::scene::{Color, FAINT, Rect, Scene};
-use super::uprights;
-use crate::sheet::{Band, Chart, Look, Marker, PALETTE, Series, Weight};
+use super::panel::{self, Margins, Panel};
+use super::scene::{Anchor, Color, FAINT, INK, Point, Rect, Scene, WHITE};
+use super::{Style, curve, dispersion, uprights};
+use crate::sheet::{Band, Chart, Look, Marker, PALETTE, Role, Series, Weight};
 
 /// Symbols of points, one a round through the palette.
 const SYMBOLS: [Marker; 4] = [
@@ -24,34 +24,22 @@ impl Series {
         self.color().map(|c| 255 - (255 - c) / 10 * 3)
     }
 
+    /// From the upper ends to the lower ones, as far as they are inside the frame.
     fn draw_band(&self, scene: &mut Scene, panel: &Panel, band: &Band) {
-        let rect = panel.rect;
-        // One column of the picture has one lower and one upper end.
-        let mut columns: Vec<Option<[f64; 3]>> = Vec::new();
-        for ((x, _), (low, high)) in self.points.iter().zip(&band.ends) {
-            let placed = (panel.place_x(*x), panel.place_y(*low), panel.place_y(*high));
-            let (Some(x), Some(low), Some(high)) = placed else {
-                columns.push(None);
-                continue;
-            };
-            if x < rect.left || x > rect.right {
-                continue;
-            }
-            let inside = |y: f64| y.clamp(rect.top, rect.bottom);
-            let [low, high] = [inside(low), inside(high)];
-            match columns.last_mut() {
-                Some(Some([at, top, bottom])) if at.floor() == x.floor() => {
-                    (*top, *bottom) = (top.min(high), bottom.max(low));
-                }
-                _ => columns.push(Some([x, high, low])),
-            }
-        }
-        for part in columns.split(|column| column.is_none()) {
-            let upper = part.iter().flatten().map(|[x, top, _]| (*x, *top));
-            let lower = part.iter().flatten().map(|[x, _, bottom]| (*x, *bottom));
-            if part.len() > 1 {
-                scene.polygon(upper.chain(lower.rev()).collect(), self.tint());
-            }
+        let scale = &panel.y.scale;
+        let paths = |of: fn(&(f64, f64)) -> f64| {
+            let ends = self.points.iter().zip(&band.ends);
+            let ends = ends.map(
+                |((x, _), ends)| match ends.0.is_finite() && ends.1.is_finite() {
+                    true => (*x, of(ends).clamp(scale.low, scale.high)),
+                    false => (*x, f64::NAN),
+                },
+            );
+            curve::paths(&ends.collect::<Vec<Point>>(), panel)
+        };
+        for (upper, lower) in paths(|ends| ends.1).into_iter().zip(paths(|ends| ends.0)) {
+            let corners: Vec<Point> = upper.into_iter().chain(lower.into_iter().rev()).collect();
+            scene.polygon(&corners, self.tint());
         }
     }
 
@@ -91,11 +79,8 @@ impl Series {
 
     fn entry(&self, width: f64) -> Entry {
         Entry {
-            label: self.label.clone(),
-            color: self.color(),
-            stroke: self.stroke(),
-            width: self.width(),
             marker: self.symbol(width),
+            ..Entry::new(&self.label, self.color(), self.stroke(), self.width())
         }
     }
 
@@ -110,15 +95,15 @@ impl Series {
                     _ if curve::is_a_dot(&path) => {
                         legend::draw_marker(scene, Marker::Circle, path[0], color);
                     }
-                    Look::Dashed => scene.dashed_path(&path, color, self.width()),
-                    _ => scene.line(path, color, self.width()),
+                    Look::Dashed => scene.dashes(&path, color, self.width()),
+                    _ => scene.line(&path, color, self.width()),
                 }
             }
         }
         for (point, error) in self.points.iter().zip(&self.errors) {
             let ends = [point.1 - error, point.1 + error];
             for bar in curve::paths(&ends.map(|y| (point.0, y)), panel) {
-                scene.line(bar, color, self.width());
+                scene.line(&bar, color, self.width());
             }
         }
         let Some(symbol) = symbol else { return };
@@ -138,12 +123,16 @@ impl Series {
 }
 
 impl Chart {
-    pub(super) fn panel(&self, rect: Rect, names_x: bool) -> Panel {
-        let x = PlotAxis::over(&self.x_label, &self.x, self.log_x);
-        let y = PlotAxis::over(&self.y_label, &self.y, self.log_y);
+    fn panel(&self, rect: Rect, names_x: bool) -> Panel {
+        let second = |axis: usize| {
+            let second = self.second.clone();
+            second.filter(|_| self.roles[axis] == Some(Role::Wavenumber))
+        };
         Panel {
+            rect,
+            x: PlotAxis::over(&self.x_label, &self.x, self.log_x, second(0)),
+            y: PlotAxis::over(&self.y_label, &self.y, self.log_y, second(1)),
             names_x,
-            ..Panel::new(rect, x, y.with_second(self.second_y.clone()))
         }
     }
 
@@ -153,43 +142,89 @@ impl Chart {
         let levels = self.levels.iter().filter(|level| !level.label.is_empty());
         let bands = self.series.iter().filter_map(|series| {
             let band = series.band.as_ref().filter(|band| !band.label.is_empty())?;
-            Some(Entry {
-                width: 9.0,
-                ..Entry::line(&band.label, series.tint())
-            })
+            Some(Entry::new(&band.label, series.tint(), Stroke::Solid, 9.0))
         });
+        // Those of maps are named where they are.
+        let levels = levels.filter(|_| !self.is_map());
+        let levels = levels.map(|level| Entry::new(&level.label, FAINT, Stroke::Dashed, 1.6));
         named
             .map(|series| series.entry(width))
             .chain(bands)
-            .chain(levels.map(|level| Entry::dashed(&level.label, FAINT)))
+            .chain(levels)
+            .chain(dispersion::entries(&self.curves))
             .collect()
     }
 
-    /// What is drawn beside a frame of this size.
-    pub(super) fn margins(&self, rect: Rect, names_x: bool) -> Margins {
+    /// What is drawn beside a frame of this size, with the colour bar of a map at this side.
+    pub(super) fn margins(
+        &self,
+        rect: Rect,
+        names_x: bool,
+        bar: Option<Side>,
+        style: &Style,
+    ) -> Margins {
         let panel = self.panel(rect, names_x);
-        let margins = panel.margins();
-        Margins {
-            top: margins.top.max(uprights::height(&self.marks, &panel)),
-            ..margins
+        let mut margins = panel.margins();
+        margins.top = margins.top.max(uprights::height(&self.marks, &panel));
+        if let Some((side, bar)) = bar.zip(color_bar(&[self], style)) {
+            let extent = bar.extent(side, side.length(&rect));
+            match side.is_upright() {
+                true => margins.right = margins.right.max(extent + beside(&panel)),
+                false => margins.bottom += extent,
+            }
         }
+        margins
     }
 
-    pub(super) fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool) {
-        let panel = self.panel(rect, names_x);
-        panel.draw_grid(scene);
-        uprights::draw(scene, &self.marks, &panel, FAINT);
+    pub(super) fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool, bar: Option<Side>) {
+        let (panel, is_map) = (self.panel(rect, names_x), self.is_map());
+        let scale = self.scale(&scene.style);
+        let color = match (is_map, scale.is_signed()) {
+            (false, _) => FAINT,
+            (true, true) => INK,
+            (true, false) => WHITE,
+        };
+        match is_map {
+            true => scene.image(&self.image(rect, &scale, scene.style.colormap)),
+            false => panel.draw_grid(scene),
+        }
+        dispersion::draw(scene, &panel, &self.curves);
+        uprights::draw(scene, &self.marks, &panel, color);
         for level in &self.levels {
-            if let Some(y) = panel.place_y(level.at) {
-                for path in rect.clip_path(vec![(rect.left, y), (rect.right, y)]) {
-                    scene.dashed_path(&path, FAINT, 1.6);
-                }
+            let inside = |y: &f64| *y > rect.top && *y < rect.bottom;
+            let Some(y) = panel.place_y(level.at).filter(inside) else {
+                continue;
+            };
+            let width = if is_map { 2.0 } else { 1.6 };
+            scene.dashes(&[(rect.left, y), (rect.right, y)], color, width);
+            if is_map {
+                let name = if y - rect.top > 30.0 {
+                    y - 16.0
+                } else {
+                    y + 16.0
+                };
+                panel::note(scene, &level.label, (rect.right - 10.0, name), Anchor::End);
             }
         }
         for series in &self.series {
             series.draw(scene, &panel);
         }
         panel.draw_axes(scene);
+        if let Some((side, bar)) = bar.zip(color_bar(&[self], &scene.style)) {
+            let from = match side.is_upright() {
+                true => beside(&panel),
+                false => panel.margins().bottom,
+            };
+            bar.draw(scene, rect, side, from);
+        }
+    }
+}
+
+/// What a second vertical axis takes right of a frame.
+fn beside(panel: &Panel) -> f64 {
+    match panel.y.second {
+        Some(_) => panel.margins().right,
+        None => 0.0,
     }
 }
 

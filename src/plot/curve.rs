@@ -1,7 +1,7 @@
 //! The path of a curve through a frame.
 
-use super::painter::Point;
 use super::panel::Panel;
+use super::scene::Point;
 
 /// Samples from which on a curve has more of them than pixels, and is thinned.
 const DENSE: usize = 2000;

@@ -1,7 +1,7 @@
 //! Dispersion curves over `S(k, f)`: bright dashes with a dark edge, so that data stay visible.
 
 use super::curve;
-use super::legend::Entry;
+use super::legend::{Entry, Stroke};
 use super::panel::Panel;
 use super::scene::{Color, INK, Scene};
 use crate::sheet::Curve;
@@ -14,8 +14,8 @@ const EDGE: f64 = 1.3;
 pub(super) fn draw(scene: &mut Scene, panel: &Panel, curves: &[Curve]) {
     for (line, color) in colored(curves) {
         for run in curve::paths(&line.points, panel) {
-            scene.dashed_path(&run, INK, WIDTH + 2.0 * EDGE);
-            scene.dashed_path(&run, color, WIDTH);
+            scene.dashes(&run, INK, WIDTH + 2.0 * EDGE);
+            scene.dashes(&run, color, WIDTH);
         }
     }
 }
@@ -23,7 +23,7 @@ pub(super) fn draw(scene: &mut Scene, panel: &Panel, curves: &[Curve]) {
 /// The curves' names, for the legend.
 pub(super) fn entries(curves: &[Curve]) -> impl Iterator<Item = Entry> + '_ {
     let named = colored(curves).filter(|(curve, _)| !curve.label.is_empty());
-    named.map(|(curve, color)| Entry::edged(&curve.label, color))
+    named.map(|(curve, color)| Entry::new(&curve.label, color, Stroke::Edged, WIDTH))
 }
 
 /// Curves with a name have the next colour, others that of the one before.

@@ -2,38 +2,34 @@
 
 use ndarray::ArrayView2;
 
+use super::axis::{Edge, Side, TICK_SIZE};
 use super::font;
-use super::panel::{self, EDGE, LABEL_SIZE, LINE, LabelSide, Panel, TICK_SIZE, label_upright};
-use super::scale::{ColorScale, NO_VALUE};
-use super::scene::{Anchor, Color, INK, Image, Mark, Rect, Scene};
+use super::scale::{NO_VALUE, Scale};
+use super::scene::{Anchor, Color, INK, Image, Rect, Scene};
+use super::style::Colormap;
 use crate::sheet::{Map, Reduction, block_extremes, blocks_of};
 
 /// Most rows and columns of cells in a picture, so that an SVG of noise stays below 500 kB.
 const MOST_CELLS: (usize, usize) = (400, 600);
 
-/// Draws `values` (row 0 at the bottom) over the whole panel.
-pub(super) fn draw<T>(scene: &mut Scene, panel: &Panel, values: ArrayView2<T>, scale: &ColorScale)
+/// `values` (row 0 at the bottom) over a whole frame.
+pub(super) fn image<T>(at: Rect, values: ArrayView2<T>, scale: &Scale, colormap: Colormap) -> Image
 where
     T: Copy + Into<f64>,
 {
-    let blocks = block_extremes(values, most_cells(&panel.rect));
+    let blocks = block_extremes(values, most_cells(&at));
     let (rows, columns) = blocks.dim();
-    if rows == 0 || columns == 0 {
-        return;
-    }
-    scene.marks.push(Mark::Image(Image {
-        at: panel.rect,
+    let from_top = blocks.rows().into_iter().rev();
+    Image {
+        at,
         columns,
         rows,
-        palette: scale.palette(scene.style.colormap),
-        cells: blocks
-            .rows()
-            .into_iter()
-            .rev()
-            .flat_map(|row| row.to_vec())
-            .map(|value| scale.index(value))
+        palette: scale.palette(colormap),
+        cells: from_top
+            .flatten()
+            .map(|value| scale.index(*value))
             .collect(),
-    }));
+    }
 }
 
 /// Least over largest magnitude of the two signs in a cell from which on neither stands for it: the
@@ -47,7 +43,7 @@ const NEAR_ZERO: f64 = 1.0 / 32.0;
 /// Grey of cells that hold both signs: at the largest magnitude, and at none.
 const GREYS: (f64, f64) = (64.0, 247.0);
 
-/// Whether a map of signed values has cells of both signs that [`draw_signed`] would show in grey.
+/// Whether a map of signed values has cells of both signs that [`signed_image`] would show in grey.
 pub(super) fn holds_both_signs(map: &Map) -> bool {
     let is_signed = matches!(map.reduction, Reduction::Extreme { .. });
     let any = map.range.as_ref().is_some_and(|[low, high]| {
@@ -63,12 +59,9 @@ fn balanced(down: f64, up: f64) -> Option<f64> {
     (size.is_finite() && up.min(down) > BOTH_SIGNS * size).then_some(size)
 }
 
-/// Draws a map of signed values over the whole panel, cells that hold both signs in grey.
-pub(super) fn draw_signed(scene: &mut Scene, panel: &Panel, map: &Map, scale: &ColorScale) {
-    draw(scene, panel, map.values.view(), scale);
-    let Some(Mark::Image(image)) = scene.marks.last_mut() else {
-        return;
-    };
+/// A map of signed values over a whole frame, cells that hold both signs in grey.
+pub(super) fn signed_image(at: Rect, map: &Map, scale: &Scale, colormap: Colormap) -> Image {
+    let image = image(at, map.values.view(), scale, colormap);
     let [low, high] = match &map.range {
         Some(range) => range.each_ref(),
         None => [&map.values; 2],
@@ -102,7 +95,11 @@ pub(super) fn draw_signed(scene: &mut Scene, panel: &Panel, map: &Map, scale: &C
             None => index / 2,
         });
     }
-    (image.palette, image.cells) = (palette, cells);
+    Image {
+        palette,
+        cells,
+        ..image
+    }
 }
 
 /// A cell is no smaller than a unit, so that none is lost between pixels.
@@ -120,18 +117,9 @@ pub(super) fn cell_of(rect: &Rect, (rows, columns): (usize, usize)) -> (usize, u
     (of(rows, most_rows), of(columns, most_columns))
 }
 
-/// Where a colour bar is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum BarSide {
-    /// Right of the frame, with its label beside it.
-    Right,
-    /// Below the frame, with its label below it.
-    Below,
-}
-
-/// A colour scale with its quantity.
+/// A colour scale with its quantity, right of a frame or below it.
 pub(super) struct ColorBar<'a> {
-    pub scale: &'a ColorScale,
+    pub scale: Scale,
     pub quantity: &'a str,
     pub greys: Greys,
 }
@@ -158,128 +146,76 @@ impl Greys {
 /// From the frame, or what is beside it, to the bar.
 const GAP: f64 = 22.0;
 const THICKNESS: f64 = 22.0;
-/// Below a level bar, for each colour that is none of its scale.
+/// Below a level bar, for each colour that is none of its scale, and from its label to the first.
 const GREY_LINE: f64 = 26.0;
+const GREYS_FROM: f64 = 6.0;
 
 impl ColorBar<'_> {
-    /// Values with their place along a bar of this length, 0 to 1.
-    fn ticks(&self, length: f64, spacing: f64) -> Vec<(f64, String)> {
-        let lowest = self.scale.lowest_text().map(|text| (0.0, text));
-        let nearest = spacing / length;
-        let regular = self.scale.ticks((length / spacing / 1.5).max(2.0) as usize);
-        let regular = regular.into_iter().filter_map(|tick| {
-            let share = self.scale.share(tick.value)?;
-            (lowest.is_none() || share > nearest).then_some((share, tick.text))
-        });
-        lowest.iter().cloned().chain(regular).collect()
+    fn edge(&self, side: Side, length: f64) -> Edge {
+        Edge::of(
+            &self.scale,
+            self.scale.color_label(self.quantity),
+            side,
+            length,
+        )
     }
 
     /// What the bar takes right of a frame of this height, or below one of this width.
-    pub fn extent(&self, side: BarSide, length: f64) -> f64 {
-        let label = self.scale.label(self.quantity);
-        match side {
-            BarSide::Right => {
-                let lines = panel::upright_lines(&label, length).len() as f64;
-                let ticks = self.ticks(length, UPRIGHT_SPACING);
-                let widest = ticks.iter().map(|(_, text)| font::width(text, TICK_SIZE));
-                let widest = widest.fold(0.0, f64::max);
-                let beside = 30.0 + widest + LINE * (lines - 1.0) + 0.5 * LABEL_SIZE;
-                let greys = self.greys.explained();
-                let greys = greys.map(|(_, meaning)| 11.0 + font::width(meaning, TICK_SIZE));
-                GAP + THICKNESS + greys.fold(beside, f64::max)
+    pub fn extent(&self, side: Side, length: f64) -> f64 {
+        let beside = self.edge(side, length).extent();
+        let explained = self.greys.explained();
+        GAP + THICKNESS
+            + match side.is_upright() {
+                true => explained
+                    .map(|(_, meaning)| 11.0 + font::width(meaning, TICK_SIZE))
+                    .fold(beside, f64::max),
+                false => explained.fold(beside, |below, _| below + GREY_LINE) + GREYS_FROM,
             }
-            BarSide::Below => {
-                let lines = font::wrap(&label, LABEL_SIZE, length + 2.0 * EDGE).len() as f64;
-                let greys = self.greys.explained().count() as f64;
-                let greys = if greys > 0.0 {
-                    14.0 + GREY_LINE * greys
-                } else {
-                    0.0
-                };
-                GAP + THICKNESS + 42.0 + LINE * (lines - 1.0) + 0.5 * LABEL_SIZE + greys
-            }
-        }
     }
 
     /// Draws the bar `from` a frame's side on, as long as the frame.
-    pub fn draw(&self, scene: &mut Scene, frame: Rect, side: BarSide, from: f64) {
-        match side {
-            BarSide::Right => {
-                let left = frame.right + from + GAP;
+    pub fn draw(&self, scene: &mut Scene, frame: Rect, side: Side, from: f64) {
+        let from = from + GAP;
+        let palette = self.scale.palette(scene.style.colormap);
+        let levels = palette.len() - 1;
+        let all = (0..levels).map(|level| level as u8);
+        let (at, columns, rows, cells) = match side.is_upright() {
+            true => {
+                let left = frame.right + from;
                 let right = left + THICKNESS;
-                let bar = Rect {
+                let at = Rect {
                     left,
                     right,
                     ..frame
                 };
-                self.draw_upright(scene, bar);
+                (at, 1, levels, all.rev().collect())
             }
-            BarSide::Below => {
-                let top = frame.bottom + from + GAP;
+            false => {
+                let top = frame.bottom + from;
                 let bottom = top + THICKNESS;
-                let bar = Rect {
+                let at = Rect {
                     top,
                     bottom,
                     ..frame
                 };
-                self.draw_level(scene, bar);
+                (at, levels, 1, all.collect())
             }
-        }
-    }
-
-    fn colors(&self, scene: &mut Scene, rect: Rect, side: BarSide) {
-        let palette = self.scale.palette(scene.style.colormap);
-        let levels = palette.len() - 1;
-        let all = (0..levels).map(|level| level as u8);
-        let (columns, rows, cells) = match side {
-            BarSide::Right => (1, levels, all.rev().collect()),
-            BarSide::Below => (levels, 1, all.collect()),
         };
-        scene.marks.push(Mark::Image(Image {
-            at: rect,
+        scene.image(&Image {
+            at,
             columns,
             rows,
             palette,
             cells,
-        }));
-        scene.outline(rect, INK);
-    }
-
-    fn draw_upright(&self, scene: &mut Scene, rect: Rect) {
-        self.colors(scene, rect, BarSide::Right);
-        let mut widest = 0.0f64;
-        for (share, text) in self.ticks(rect.height(), UPRIGHT_SPACING) {
-            let y = rect.bottom - share * rect.height();
-            scene.line(vec![(rect.right, y), (rect.right + 6.0, y)], INK, 1.0);
-            widest = widest.max(font::width(&text, TICK_SIZE));
-            scene.text(text, (rect.right + 11.0, y), TICK_SIZE, Anchor::Start);
-        }
-        let label = self.scale.label(self.quantity);
-        let at = (rect.right + 30.0 + widest, rect.middle().1);
-        label_upright(scene, &label, at, rect.height(), LabelSide::Right);
-        self.explain_greys(scene, (rect.left, rect.bottom + 18.0));
-    }
-
-    fn draw_level(&self, scene: &mut Scene, rect: Rect) {
-        self.colors(scene, rect, BarSide::Below);
-        let mut end = f64::NEG_INFINITY;
-        for (share, text) in self.ticks(rect.width(), LEVEL_SPACING) {
-            let x = rect.left + share * rect.width();
-            let width = font::width(&text, TICK_SIZE);
-            if x - 0.5 * width < end + 0.5 * TICK_SIZE {
-                continue;
-            }
-            end = x + 0.5 * width;
-            let below = rect.bottom;
-            scene.line(vec![(x, below), (x, below + 6.0)], INK, 1.0);
-            scene.text(text, (x, below + 18.0), TICK_SIZE, Anchor::Middle);
-        }
-        let label = self.scale.label(self.quantity);
-        let lines = font::wrap(&label, LABEL_SIZE, rect.width() + 2.0 * EDGE);
-        let at = (rect.middle().0, rect.bottom + 42.0);
-        scene.lines(&lines, at, LABEL_SIZE, Anchor::Middle);
-        let top = rect.bottom + 42.0 + LINE * (lines.len() as f64 - 0.5) + 4.0;
-        self.explain_greys(scene, (rect.left, top));
+        });
+        scene.outline(at, INK);
+        let edge = self.edge(side, side.length(&at));
+        edge.draw(scene, &at, true);
+        let below = match side.is_upright() {
+            true => 18.0,
+            false => edge.extent() + GREYS_FROM,
+        };
+        self.explain_greys(scene, (at.left, at.bottom + below));
     }
 
     /// Swatches from `(left, top)` down, with their meaning.
@@ -300,10 +236,6 @@ impl ColorBar<'_> {
     }
 }
 
-/// From one value of a bar to the next, at least.
-const UPRIGHT_SPACING: f64 = 1.5 * TICK_SIZE;
-const LEVEL_SPACING: f64 = 64.0;
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -311,7 +243,6 @@ mod tests {
     /// A wave of three samples a period, thinned tenfold: drawn by its extremes it would beat.
     #[test]
     fn cells_of_both_signs_are_grey_and_do_not_beat() {
-        use crate::plot::{Style, axis::PlotAxis};
         use ndarray::Array2;
         let at = |n: usize| (std::f32::consts::PI * 0.7 * n as f32).cos();
         let column = |of: fn(f32, f32) -> f32| {
@@ -333,17 +264,11 @@ mod tests {
             right: 100.0,
             bottom: 100.0,
         };
-        let axis = |label| PlotAxis::linear(label, 0.0, 1.0);
-        let panel = Panel::new(rect, axis("x"), axis("t"));
         let colors = |map: &Map, limit: f64| -> Vec<Color> {
-            let scale = ColorScale::diverging([limit].into_iter());
-            let mut scene = Scene::new("map", &Style::default(), 100.0);
-            match holds_both_signs(map) {
-                true => draw_signed(&mut scene, &panel, map, &scale),
-                false => draw(&mut scene, &panel, map.values.view(), &scale),
-            }
-            let Some(Mark::Image(image)) = scene.marks.pop() else {
-                panic!("an image")
+            let scale = Scale::linear(-limit, limit);
+            let image = match holds_both_signs(map) {
+                true => signed_image(rect, map, &scale, Colormap::default()),
+                false => image(rect, map.values.view(), &scale, Colormap::default()),
             };
             let cells = image.cells.iter();
             cells

@@ -3,14 +3,14 @@
 use rayon::prelude::*;
 
 use super::Figure;
+use super::axis::{EDGE, LABEL_SIZE, LINE, Side, TICK_SIZE};
 use super::font;
-use super::heat::BarSide;
-use super::heat_chart::Legend;
+use super::heat_chart::color_bar;
 use super::legend::{self, Entry};
-use super::panel::{self, EDGE, LABEL_SIZE, LINE, Margins, TICK_SIZE};
+use super::panel::{self, Margins};
 use super::scene::{Anchor, Rect, Scene};
 use super::style::Style;
-use crate::sheet::{Describe, FigureLayout, HeatChart, Plot, PlotRow, Sheet};
+use crate::sheet::{Chart, Describe, FigureLayout, PlotRow, Sheet};
 
 /// Passes of a layout.
 const PASSES: usize = 3;
@@ -21,36 +21,6 @@ const GAP: f64 = 18.0;
 /// Least height of a frame.
 const LOWEST: f64 = 100.0;
 
-impl Plot {
-    fn entries(&self, width: f64) -> Vec<Entry> {
-        match self {
-            Plot::Chart(chart) => chart.entries(width),
-            Plot::Map(map) => map.entries(),
-        }
-    }
-
-    fn margins(&self, rect: Rect, names_x: bool, bar: Option<BarSide>, style: &Style) -> Margins {
-        match self {
-            Plot::Chart(chart) => chart.margins(rect, names_x),
-            Plot::Map(map) => map.margins(rect, names_x, bar, style),
-        }
-    }
-
-    fn not_shown(&self) -> Option<&String> {
-        match self {
-            Plot::Chart(chart) => chart.not_shown.as_ref(),
-            Plot::Map(map) => map.not_shown.as_ref(),
-        }
-    }
-
-    fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool, bar: Option<BarSide>) {
-        match self {
-            Plot::Chart(chart) => chart.draw(scene, rect, names_x),
-            Plot::Map(map) => map.draw(scene, rect, names_x, bar),
-        }
-    }
-}
-
 impl FigureLayout {
     /// The figure, laid out by a style.
     pub fn figure(&self, name: &'static str, style: &Style) -> Figure {
@@ -58,7 +28,7 @@ impl FigureLayout {
             true => self.title.clone(),
             false => format!("{}: {}", self.title, self.data),
         };
-        let mut scene = Scene::new(&title, style, 0.0);
+        let mut scene = Scene::new(&title, style);
         let top = panel::heading(&mut scene, &self.title, &self.data);
         Layout::of(self, &scene.style.clone(), scene.width, top).draw(&mut scene);
         Figure { name, scene }
@@ -93,6 +63,7 @@ pub fn figures_of(
 }
 
 /// What a row takes: above its frames, and beside them.
+#[derive(Default)]
 struct MeasuredRow {
     /// Titles and legends.
     above: f64,
@@ -144,11 +115,10 @@ impl<'a> Layout<'a> {
     }
 
     /// Maps that share their colours, where all plots do.
-    fn sharing(&self) -> Vec<&HeatChart> {
-        let plots = self.rows.iter().flat_map(|row| &row.plots);
-        let maps: Option<Vec<&HeatChart>> = plots.map(Plot::as_map).collect();
-        let mut maps = maps.unwrap_or_default();
-        let is_shared = |map: &&HeatChart| map.shared.is_some() && map.shared == maps[0].shared;
+    fn sharing(&self) -> Vec<&Chart> {
+        let mut maps: Vec<&Chart> = self.rows.iter().flat_map(|row| &row.plots).collect();
+        let is_shared =
+            |map: &&Chart| map.is_map() && map.shared.is_some() && map.shared == maps[0].shared;
         if maps.len() < 2 || !maps.iter().all(is_shared) {
             maps.clear();
         }
@@ -156,16 +126,16 @@ impl<'a> Layout<'a> {
     }
 
     /// Where maps have their colour bars; if they share it, it is below the last row.
-    fn bar(&self) -> Option<BarSide> {
+    fn bar(&self) -> Option<Side> {
         let side = match self.style.is_narrow() {
-            true => BarSide::Below,
-            false => BarSide::Right,
+            true => Side::Below,
+            false => Side::Right,
         };
         self.sharing().is_empty().then_some(side)
     }
 
-    /// Margins of frames of these heights, equal where rows have as many cells.
-    fn margins(&self, heights: &[f64]) -> Vec<Margins> {
+    /// Margins of frames of the heights of these rows, equal where rows have as many cells.
+    fn margins(&self, rows: &[MeasuredRow]) -> Vec<Margins> {
         let own: Vec<Margins> = (self.rows.iter().enumerate())
             .map(|(index, row)| {
                 let (left, right) = self.cell(row, 0);
@@ -173,7 +143,7 @@ impl<'a> Layout<'a> {
                     left: left + 90.0,
                     top: 0.0,
                     right: (right - 30.0).max(left + 150.0),
-                    bottom: heights[index],
+                    bottom: rows[index].frame,
                 };
                 let all = row.plots.iter();
                 all.map(|plot| plot.margins(rect, self.names_x(index), self.bar(), self.style))
@@ -195,78 +165,56 @@ impl<'a> Layout<'a> {
 
     fn above(&self, row: &PlotRow, width: f64) -> f64 {
         let heights = row.plots.iter().map(|plot| {
-            let title = match plot.title() {
+            let title = match &*plot.title {
                 "" => 0.0,
                 title => LINE * font::wrap(title, LABEL_SIZE, width).len() as f64 + 4.0,
             };
-            title + self.legend_height(plot, width)
+            title + legend::height(&self.entries(plot, width), width)
         });
         heights.fold(0.0, f64::max)
     }
 
-    fn legend_height(&self, plot: &Plot, width: f64) -> f64 {
+    /// Of the legend of a plot; none where all have a common one.
+    fn entries(&self, plot: &Chart, width: f64) -> Vec<Entry> {
         match self.common.is_empty() {
-            true => legend::height(&plot.entries(width), width),
-            false => 0.0,
+            true => plot.entries(width),
+            false => Vec::new(),
         }
     }
 
     /// What rows take, and the height of the figure. Frames decide how labels break and how many ticks there are, and
     /// these what is left for the frames.
     fn measure(&self) -> (Vec<MeasuredRow>, f64) {
-        let mut heights: Vec<f64> = self.rows.iter().map(|row| 220.0 * row.height).collect();
-        let mut found = self.measure_with(&heights, None);
-        for _ in 1..PASSES {
-            for (height, row) in heights.iter_mut().zip(&found.0) {
-                *height = row.frame;
-            }
-            found = self.measure_with(&heights, Some(&found.0));
-        }
-        found
-    }
-
-    /// With the notes of frames as they were `before`.
-    fn measure_with(
-        &self,
-        heights: &[f64],
-        before: Option<&[MeasuredRow]>,
-    ) -> (Vec<MeasuredRow>, f64) {
-        let usual = |row: &PlotRow, width: f64| {
-            let most = (370.0 * row.height).max(LOWEST);
-            (0.62 * width * row.height.min(1.0)).clamp(LOWEST, most)
-        };
-        let margins = self.margins(heights);
-        let mut rows: Vec<MeasuredRow> = (self.rows.iter().zip(margins))
-            .map(|(row, margins)| {
+        let begun = self.rows.iter().map(|row| MeasuredRow {
+            frame: 220.0 * row.height,
+            ..MeasuredRow::default()
+        });
+        let (mut rows, mut total): (Vec<_>, _) = (begun.collect(), 0.0);
+        for _ in 0..PASSES {
+            let notes = self.notes(&rows).len();
+            let margins = self.margins(&rows);
+            let mut fixed = self.top + 1.25 * TICK_SIZE * notes as f64 + EDGE;
+            for ((measured, row), margins) in rows.iter_mut().zip(&self.rows).zip(margins) {
                 let (left, right) = self.cell(row, 0);
                 let width = right - left - margins.left - margins.right;
-                MeasuredRow {
+                let most = (370.0 * row.height).max(LOWEST);
+                *measured = MeasuredRow {
                     above: self.above(row, width),
                     margins,
-                    frame: usual(row, width),
-                }
-            })
-            .collect();
-        let beside: f64 = rows
-            .iter()
-            .map(|row| row.above + row.margins.top + row.margins.bottom + GAP)
-            .sum();
-        let (_, room) = self.common_place(&rows);
-        let common = legend::height(&self.common, room);
-        let notes = self.notes(before.unwrap_or(&rows)).len();
-        let foot = 1.25 * TICK_SIZE * notes as f64 + EDGE;
-        let bar = Legend::of(&self.sharing(), self.style);
-        let bar = bar.map_or(0.0, |of| {
-            let length = self.frames(&rows, 0.0).width();
-            of.bar().extent(BarSide::Below, length)
-        });
-        let fixed = self.top + common + beside + bar + foot;
-        let frames: f64 = rows.iter().map(|row| row.frame).sum();
-        let total = self
-            .style
-            .rows(fixed + frames, fixed + LOWEST * rows.len() as f64);
-        for row in &mut rows {
-            row.frame *= (total - fixed) / frames;
+                    frame: (0.62 * width * row.height.min(1.0)).clamp(LOWEST, most),
+                };
+                fixed += measured.above + margins.top + margins.bottom + GAP;
+            }
+            let (_, room) = self.common_place(&rows);
+            fixed += legend::height(&self.common, room);
+            if let Some(bar) = color_bar(&self.sharing(), self.style) {
+                fixed += bar.extent(Side::Below, self.frames(&rows, 0.0).width());
+            }
+            let frames: f64 = rows.iter().map(|row| row.frame).sum();
+            let needs = fixed + LOWEST * rows.len() as f64;
+            total = self.style.rows(fixed + frames, needs);
+            rows.iter_mut()
+                .for_each(|row| row.frame *= (total - fixed) / frames);
         }
         (rows, total)
     }
@@ -286,10 +234,10 @@ impl<'a> Layout<'a> {
             }
             top = frame_top + measured.frame + measured.margins.bottom + GAP;
         }
-        if let Some(of) = Legend::of(&self.sharing(), self.style) {
+        if let Some(bar) = color_bar(&self.sharing(), self.style) {
             let frames = self.frames(&rows, top - GAP);
-            of.bar().draw(scene, frames, BarSide::Below, 0.0);
-            top += of.bar().extent(BarSide::Below, frames.width());
+            bar.draw(scene, frames, Side::Below, 0.0);
+            top += bar.extent(Side::Below, frames.width());
         }
         let at = (2.0 * EDGE, top + 0.5 * TICK_SIZE);
         scene.lines(&self.notes(&rows), at, TICK_SIZE, Anchor::Start);
@@ -322,9 +270,9 @@ impl<'a> Layout<'a> {
         let mut reduced: Option<(&str, [usize; 2])> = None;
         for (row, measured) in self.rows.iter().zip(rows) {
             for plot in &row.plots {
-                notes.extend(plot.not_shown().cloned());
-                if let Plot::Map(map) = plot {
-                    let (what, cell) = map.cell(&self.frame(row, measured, 0, 0.0));
+                notes.extend(plot.not_shown.clone());
+                if plot.is_map() {
+                    let (what, cell) = plot.cell(&self.frame(row, measured, 0, 0.0));
                     let most = reduced.map_or([1, 1], |(_, most)| most);
                     reduced = Some((what, [0, 1].map(|side| cell[side].max(most[side]))));
                 }
@@ -350,18 +298,16 @@ impl<'a> Layout<'a> {
     }
 
     /// Title and legend, the latter down to `end`.
-    fn draw_head(&self, scene: &mut Scene, plot: &Plot, (top, end): (f64, f64), rect: Rect) {
+    fn draw_head(&self, scene: &mut Scene, plot: &Chart, (top, end): (f64, f64), rect: Rect) {
         let width = rect.width();
-        if !plot.title().is_empty() {
-            let title = font::wrap(plot.title(), LABEL_SIZE, width);
+        if !plot.title.is_empty() {
+            let title = font::wrap(&plot.title, LABEL_SIZE, width);
             let at = (rect.left, top + 0.5 * LINE);
             scene.lines(&title, at, LABEL_SIZE, Anchor::Start);
         }
-        if self.common.is_empty() {
-            let entries = plot.entries(width);
-            let start = end - legend::height(&entries, width);
-            legend::draw(scene, (rect.left, start), width, &entries);
-        }
+        let entries = self.entries(plot, width);
+        let start = end - legend::height(&entries, width);
+        legend::draw(scene, (rect.left, start), width, &entries);
     }
 }
 

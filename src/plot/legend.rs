@@ -1,8 +1,8 @@
 //! What curves and symbols mean, in rows outside of the frames.
 
+use super::axis::TICK_SIZE;
 use super::font;
-use super::panel::TICK_SIZE;
-use super::scene::{Anchor, Color, INK, Mark, Scene};
+use super::scene::{Anchor, Color, INK, Point, Scene};
 use crate::sheet::Marker;
 
 /// From one row to the next.
@@ -31,29 +31,13 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    pub fn line(label: &str, color: Color) -> Entry {
+    pub fn new(label: &str, color: Color, stroke: Stroke, width: f64) -> Entry {
         Entry {
             label: label.into(),
             color,
-            stroke: Stroke::Solid,
-            width: 3.0,
+            stroke,
+            width,
             marker: None,
-        }
-    }
-
-    pub fn dashed(label: &str, color: Color) -> Entry {
-        Entry {
-            stroke: Stroke::Dashed,
-            width: 1.6,
-            ..Entry::line(label, color)
-        }
-    }
-
-    pub fn edged(label: &str, color: Color) -> Entry {
-        Entry {
-            stroke: Stroke::Edged,
-            width: 1.8,
-            ..Entry::line(label, color)
         }
     }
 
@@ -112,11 +96,11 @@ pub(super) fn draw(scene: &mut Scene, (left, top): (f64, f64), room: f64, entrie
 fn draw_entry(scene: &mut Scene, entry: &Entry, (x, y): (f64, f64), room: f64) {
     let ends = [(x, y), (x + SAMPLE, y)];
     match entry.stroke {
-        Stroke::Solid => scene.line(ends.to_vec(), entry.color, entry.width),
-        Stroke::Dashed => scene.dashed_path(&ends, entry.color, entry.width),
+        Stroke::Solid => scene.line(&ends, entry.color, entry.width),
+        Stroke::Dashed => scene.dashes(&ends, entry.color, entry.width),
         Stroke::Edged => {
-            scene.dashed_path(&ends, INK, entry.width + 2.6);
-            scene.dashed_path(&ends, entry.color, entry.width);
+            scene.dashes(&ends, INK, entry.width + 2.6);
+            scene.dashes(&ends, entry.color, entry.width);
         }
         Stroke::Nothing => {}
     }
@@ -128,25 +112,21 @@ fn draw_entry(scene: &mut Scene, entry: &Entry, (x, y): (f64, f64), room: f64) {
 }
 
 /// A symbol at a point of the figure.
-pub(super) fn draw_marker(scene: &mut Scene, marker: Marker, (x, y): (f64, f64), color: Color) {
-    let corners = |points: &[(f64, f64)]| points.iter().map(|p| (x + p.0, y + p.1)).collect();
+pub(super) fn draw_marker(scene: &mut Scene, marker: Marker, (x, y): Point, color: Color) {
+    let at = |points: &[Point]| -> Vec<Point> {
+        let points = points.iter();
+        points.map(|p| (x + p.0, y + p.1)).collect()
+    };
     match marker {
-        Marker::Circle => scene.marks.push(Mark::Disk {
-            center: (x, y),
-            radius: 4.5,
-            color,
-        }),
-        Marker::Square => scene.marks.push(Mark::Polygon {
-            corners: corners(&[(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)]),
-            color,
-        }),
-        Marker::Triangle => scene.marks.push(Mark::Polygon {
-            corners: corners(&[(0.0, -5.5), (5.0, 4.0), (-5.0, 4.0)]),
-            color,
-        }),
+        Marker::Circle => scene.disk((x, y), 4.5, color),
+        Marker::Square => {
+            let corners = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
+            scene.polygon(&at(&corners), color);
+        }
+        Marker::Triangle => scene.polygon(&at(&[(0.0, -5.5), (5.0, 4.0), (-5.0, 4.0)]), color),
         Marker::Cross => {
-            scene.line(corners(&[(-4.5, -4.5), (4.5, 4.5)]), color, 2.2);
-            scene.line(corners(&[(-4.5, 4.5), (4.5, -4.5)]), color, 2.2);
+            scene.line(&at(&[(-4.5, -4.5), (4.5, 4.5)]), color, 2.2);
+            scene.line(&at(&[(-4.5, 4.5), (4.5, -4.5)]), color, 2.2);
         }
     }
 }

@@ -1,11 +1,9 @@
 //! Figures from results, as PNG and SVG; computes nothing.
 //!
 //! [`figures_of`] draws the figures of a [described](crate::sheet::Describe) result in a [`Style`], [`save_all`] writes
-//! them. A [`Canvas`] serves your own charts, drawn by [`plotters`].
+//! them. [`own_chart`] serves charts of your own, drawn by [`plotters`].
 
 mod axis;
-mod bitmap;
-mod canvas;
 mod chart;
 mod curve;
 mod dispersion;
@@ -14,12 +12,12 @@ mod heat;
 mod heat_chart;
 mod layout;
 mod legend;
-mod painter;
+mod own_chart;
 mod panel;
+mod raster;
 mod scale;
 mod scene;
 mod style;
-mod svg;
 mod ticks;
 mod uprights;
 
@@ -29,15 +27,15 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 pub use crate::sheet::{
-    Band, Chart, Colors, Curve, FigureLayout, HeatChart, Level, Look, Mark, Marker, PALETTE, Plot,
-    PlotRow, Role, Series, Weight, around, extent, magnitudes, ordinary,
+    Band, Chart, Colors, Curve, FigureLayout, Level, Look, Mark, Marker, PALETTE, PlotRow, Role,
+    Series, Weight, around, extent, magnitudes, ordinary,
 };
-pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
 pub use layout::figures_of;
+pub use own_chart::{Area, own_chart, px, sans};
 pub use plotters;
 pub use style::{Colormap, Depth, Style};
 
-pub(crate) use scale::{ColorScale, DECADES};
+pub(crate) use scale::{DECADES, palette};
 
 use crate::{Error, Result};
 
@@ -54,6 +52,14 @@ impl Format {
         match self {
             Format::Png => "png",
             Format::Svg => "svg",
+        }
+    }
+
+    /// A document as the bytes of a file, a PNG file with so many pixels per inch.
+    fn encode(self, svg: String, dpi: u32) -> std::result::Result<Vec<u8>, String> {
+        match self {
+            Format::Png => raster::rendered(&svg, dpi),
+            Format::Svg => Ok(svg.into_bytes()),
         }
     }
 }
@@ -81,12 +87,9 @@ impl Figure {
     /// # Errors
     /// [`Error::Draw`] if the figure cannot be painted or encoded.
     pub fn encode(&self, format: Format) -> Result<Vec<u8>> {
-        let scene = &self.scene;
-        let size = (scene.width, scene.height);
-        let mut painter = canvas::painter(&scene.title, size, &scene.style.page(format))?;
-        let painted = scene.paint(&mut *painter).and_then(|()| painter.encode());
-        painted.map_err(|reason| Error::Draw {
-            figure: scene.title.clone(),
+        let encoded = format.encode(self.scene.document(), self.scene.style.dpi);
+        encoded.map_err(|reason| Error::Draw {
+            figure: self.scene.title.clone(),
             reason,
         })
     }

@@ -1,18 +1,8 @@
 //! A framed area with its axes: the ground that maps and curves are drawn on.
 
-use super::axis::PlotAxis;
+use super::axis::{EDGE, Edge, LINE, PlotAxis, Side, TICK_LENGTH, TICK_SIZE};
 use super::font;
-use super::scene::{Anchor, FAINT, GRID, INK, Mark, Rect, Scene, Text};
-use super::style;
-use super::ticks::Tick;
-
-pub(super) const LABEL_SIZE: f64 = style::LABEL;
-pub(super) const TICK_SIZE: f64 = style::SMALL;
-const TICK_LENGTH: f64 = 7.0;
-/// From one line of a label to the next.
-pub(super) const LINE: f64 = 1.25 * LABEL_SIZE;
-/// Around all that is drawn.
-pub(super) const EDGE: f64 = 12.0;
+use super::scene::{Anchor, FAINT, GRID, INK, Rect, Scene, WHITE};
 
 /// What ticks and labels take beside a frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -46,191 +36,61 @@ pub(super) struct Panel {
 }
 
 impl Panel {
-    pub fn new(rect: Rect, x: PlotAxis, y: PlotAxis) -> Self {
-        Panel {
-            rect,
-            x,
-            y,
-            names_x: true,
-        }
+    fn edge(&self, axis: &PlotAxis, side: Side) -> Edge {
+        axis.edge(side, side.length(&self.rect))
+    }
+
+    /// The second readings.
+    fn seconds(&self) -> [Option<Edge>; 2] {
+        [(&self.x, Side::Above), (&self.y, Side::Right)]
+            .map(|(axis, side)| axis.second_axis().map(|axis| self.edge(&axis, side)))
     }
 
     /// What the ticks and labels take beside a frame of this size.
     pub fn margins(&self) -> Margins {
-        let lines = |axis: &PlotAxis| upright_lines(&axis.title(), self.rect.height()).len() as f64;
-        let across = |axis: &PlotAxis| across_lines(&axis.title(), self.rect.width()).len() as f64;
-        let beside = |axis: &PlotAxis| {
-            let ticks = widest(&self.ticks_y(axis));
-            34.0 + ticks + LINE * (lines(axis) - 1.0) + 0.5 * LABEL_SIZE
-        };
-        let half_tick = 0.5 * widest(&self.ticks_x(&self.x));
+        let below = self.edge(&self.x, Side::Below);
+        let [above, right] = self.seconds();
         Margins {
-            left: beside(&self.y),
-            top: match self.x.second_axis() {
-                Some(second) => 53.0 + LINE * (across(&second) - 1.0) + 0.5 * LABEL_SIZE,
-                None => 0.5 * TICK_SIZE,
-            },
-            right: match self.y.second_axis() {
-                Some(second) => beside(&second),
-                None => half_tick,
-            },
+            left: self.edge(&self.y, Side::Left).extent(),
+            top: above.map_or(0.5 * TICK_SIZE, |edge| edge.extent()),
+            right: right.map_or(0.5 * below.widest(), |edge| edge.extent()),
             bottom: match self.names_x {
-                true => 46.0 + LINE * (across(&self.x) - 1.0) + 0.5 * LABEL_SIZE,
+                true => below.extent(),
                 false => TICK_LENGTH,
             },
         }
     }
 
     pub fn place_x(&self, value: f64) -> Option<f64> {
-        let share = self.x.share(value)?;
+        let share = self.x.scale.place(value)?;
         Some(self.rect.left + share * self.rect.width())
     }
 
     pub fn place_y(&self, value: f64) -> Option<f64> {
-        let share = self.y.share(value)?;
+        let share = self.y.scale.place(value)?;
         Some(self.rect.bottom - share * self.rect.height())
-    }
-
-    fn ticks_x(&self, axis: &PlotAxis) -> Vec<(f64, Tick)> {
-        let to_pixel = |v| {
-            let share = axis.share(v)?;
-            Some(self.rect.left + share * self.rect.width())
-        };
-        let mut count = (self.rect.width() / 75.0).max(2.0) as usize;
-        loop {
-            let ticks = place(axis.ticks(count), to_pixel);
-            let widest = widest(&ticks);
-            let crowded = ticks
-                .windows(2)
-                .any(|pair| pair[1].0 - pair[0].0 < widest + 0.6 * TICK_SIZE);
-            if !crowded || count <= 1 {
-                return ticks;
-            }
-            count -= 1;
-        }
-    }
-
-    fn ticks_y(&self, axis: &PlotAxis) -> Vec<(f64, Tick)> {
-        let spacing = if axis.log { 40.0 } else { 55.0 };
-        let count = (self.rect.height() / spacing).max(2.0) as usize;
-        let to_pixel = |v| {
-            let share = axis.share(v)?;
-            Some(self.rect.bottom - share * self.rect.height())
-        };
-        place(axis.ticks(count), to_pixel)
     }
 
     /// Light lines at the ticks, to be drawn under curves.
     pub fn draw_grid(&self, scene: &mut Scene) {
-        for (x, _) in self.ticks_x(&self.x) {
-            scene.line(vec![(x, self.rect.top), (x, self.rect.bottom)], GRID, 1.0);
-        }
-        for (y, _) in self.ticks_y(&self.y) {
-            scene.line(vec![(self.rect.left, y), (self.rect.right, y)], GRID, 1.0);
+        let (width, height) = (self.rect.width(), self.rect.height());
+        for (axis, side, across) in [(&self.x, Side::Below, height), (&self.y, Side::Left, width)] {
+            for (share, _) in self.edge(axis, side).ticks {
+                let ends = [0.0, -across].map(|out| side.place(&self.rect, share, out));
+                scene.line(&ends, GRID, 1.0);
+            }
         }
     }
 
     /// Frame, ticks and labels.
     pub fn draw_axes(&self, scene: &mut Scene) {
         scene.outline(self.rect, INK);
-        self.draw_across(scene, &self.x, self.names_x, None);
-        self.draw_beside(scene, &self.y, LabelSide::Left);
-        if let Some(second) = self.x.second_axis() {
-            let lines = across_lines(&second.title(), self.rect.width()).len() as f64;
-            self.draw_across(scene, &second, true, Some(lines));
+        self.edge(&self.x, Side::Below)
+            .draw(scene, &self.rect, self.names_x);
+        self.edge(&self.y, Side::Left).draw(scene, &self.rect, true);
+        for edge in self.seconds().into_iter().flatten() {
+            edge.draw(scene, &self.rect, true);
         }
-        if let Some(second) = self.y.second_axis() {
-            self.draw_beside(scene, &second, LabelSide::Right);
-        }
-    }
-
-    /// An axis below the frame, or above it with a label of so many lines.
-    fn draw_across(&self, scene: &mut Scene, axis: &PlotAxis, names: bool, above: Option<f64>) {
-        let (edge, out, label_at) = match above {
-            Some(lines) => (self.rect.top, -1.0, 45.0 + LINE * (lines - 1.0)),
-            None => (self.rect.bottom, 1.0, 46.0),
-        };
-        for (x, tick) in self.ticks_x(axis) {
-            scene.line(vec![(x, edge), (x, edge + out * TICK_LENGTH)], INK, 1.0);
-            if names {
-                let at = (x, edge + out * 20.0);
-                scene.text(tick.text, at, TICK_SIZE, Anchor::Middle);
-            }
-        }
-        if names {
-            let lines = across_lines(&axis.title(), self.rect.width());
-            let at = (self.rect.middle().0, edge + out * label_at);
-            scene.lines(&lines, at, LABEL_SIZE, Anchor::Middle);
-        }
-    }
-
-    fn draw_beside(&self, scene: &mut Scene, axis: &PlotAxis, side: LabelSide) {
-        let (edge, out, anchor) = match side {
-            LabelSide::Left => (self.rect.left, -1.0, Anchor::End),
-            LabelSide::Right => (self.rect.right, 1.0, Anchor::Start),
-        };
-        let ticks = self.ticks_y(axis);
-        let label_at = (edge + out * (34.0 + widest(&ticks)), self.rect.middle().1);
-        for (y, tick) in ticks {
-            scene.line(vec![(edge, y), (edge + out * TICK_LENGTH, y)], INK, 1.0);
-            scene.text(tick.text, (edge + out * 13.0, y), TICK_SIZE, anchor);
-        }
-        label_upright(scene, &axis.title(), label_at, self.rect.height(), side);
-    }
-}
-
-/// A label above or below a frame of this width, in lines.
-fn across_lines(label: &str, width: f64) -> Vec<String> {
-    font::wrap(label, LABEL_SIZE, width + 2.0 * EDGE)
-}
-
-/// A label beside a frame of this height, in lines; the unit stays together where it can.
-pub(super) fn upright_lines(label: &str, height: f64) -> Vec<String> {
-    let room = height + 20.0;
-    if font::width(label, LABEL_SIZE) <= room {
-        return vec![label.to_owned()];
-    }
-    let unit = label.find(" (").or_else(|| label.find(" ["));
-    let (name, unit) = match unit {
-        Some(at) => (&label[..at], &label[at + 1..]),
-        None => (label, ""),
-    };
-    let parts = [name, unit].into_iter().filter(|part| !part.is_empty());
-    parts
-        .flat_map(|part| font::wrap(part, LABEL_SIZE, room))
-        .collect()
-}
-
-/// Position of a label relative to its subject.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum LabelSide {
-    Left,
-    Right,
-}
-
-/// A label that reads upwards, centred on `at`, beside a frame of this height. Its lines after the
-/// first are further out on the right, nearer to the frame on the left.
-pub(super) fn label_upright(
-    scene: &mut Scene,
-    label: &str,
-    (x, middle): (f64, f64),
-    height: f64,
-    side: LabelSide,
-) {
-    let lines = upright_lines(label, height);
-    let first = match side {
-        LabelSide::Left => x - LINE * (lines.len() - 1) as f64,
-        LabelSide::Right => x,
-    };
-    for (index, line) in lines.into_iter().enumerate() {
-        scene.marks.push(Mark::Text(Text {
-            text: line,
-            at: (first + LINE * index as f64, middle),
-            size: LABEL_SIZE,
-            color: INK,
-            anchor: Anchor::Middle,
-            vertical: true,
-        }));
     }
 }
 
@@ -248,7 +108,7 @@ pub(super) fn note(scene: &mut Scene, text: &str, (x, y): (f64, f64), anchor: An
         right: left + width + 6.0,
         bottom: y + 12.0,
     };
-    scene.fill(ground, [255; 3]);
+    scene.fill(ground, WHITE);
     scene.text(text, (x, y), TICK_SIZE, anchor);
 }
 
@@ -279,28 +139,8 @@ pub(super) fn heading(scene: &mut Scene, title: &str, name: &str) -> f64 {
         if anchor == Anchor::Start {
             y += LINE + 4.0;
         }
-        scene.marks.push(Mark::Text(Text {
-            text: font::shorten(name, TICK_SIZE, room),
-            at: (x, y),
-            size: TICK_SIZE,
-            color: FAINT,
-            anchor,
-            vertical: false,
-        }));
+        let name = font::shorten(name, TICK_SIZE, room);
+        scene.letters(&name, (x, y), TICK_SIZE, anchor, FAINT, "");
     }
     y + 22.0
-}
-
-fn place(ticks: Vec<Tick>, to_pixel: impl Fn(f64) -> Option<f64>) -> Vec<(f64, Tick)> {
-    ticks
-        .into_iter()
-        .filter_map(|tick| Some((to_pixel(tick.value)?, tick)))
-        .collect()
-}
-
-fn widest(ticks: &[(f64, Tick)]) -> f64 {
-    ticks
-        .iter()
-        .map(|(_, tick)| font::width(&tick.text, TICK_SIZE))
-        .fold(0.0, f64::max)
 }

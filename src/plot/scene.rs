@@ -1,17 +1,22 @@
-//! A figure as marks in units of its layout, before any file format.
+//! A figure as an SVG document in units of its layout: text stays text, pictures are embedded.
 
-use plotters_backend::text_anchor::{HPos, Pos, VPos};
-use plotters_backend::{BackendColor, FontTransform};
+use std::fmt::Write;
 
-use super::painter::{Brush, Lettering, Outline, Painter, Point, Raster};
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+
+use super::font;
+use super::raster::png;
 use super::style::Style;
 
 /// Red, green, blue.
 pub(crate) type Color = [u8; 3];
+pub(super) type Point = (f64, f64);
 
 pub(super) const INK: Color = [0x22, 0x22, 0x22];
 pub(super) const FAINT: Color = [0x66, 0x66, 0x66];
 pub(super) const GRID: Color = [0xdd, 0xdd, 0xdd];
+pub(super) const WHITE: Color = [0xff; 3];
 
 /// An axis-parallel rectangle; `top` is nearer to the figure's top edge than `bottom`.
 #[derive(Debug, Clone, Copy)]
@@ -101,187 +106,85 @@ pub(super) enum Anchor {
     End,
 }
 
-/// One line of text; `size` is the em.
-#[derive(Debug)]
-pub(super) struct Text {
-    pub text: String,
-    pub at: (f64, f64),
-    pub size: f64,
-    pub color: Color,
-    pub anchor: Anchor,
-    /// Reads from bottom to top.
-    pub vertical: bool,
-}
-
-impl Text {
-    fn lettering(&self) -> Lettering {
-        let across = match self.anchor {
-            Anchor::Start => HPos::Left,
-            Anchor::Middle => HPos::Center,
-            Anchor::End => HPos::Right,
-        };
-        Lettering {
-            size: self.size,
-            color: opaque(self.color),
-            anchor: Pos::new(across, VPos::Center),
-            turn: match self.vertical {
-                true => FontTransform::Rotate270,
-                false => FontTransform::None,
-            },
-        }
-    }
-}
-
-fn opaque([red, green, blue]: Color) -> BackendColor {
-    BackendColor {
-        alpha: 1.0,
-        rgb: (red, green, blue),
-    }
-}
-
-#[derive(Debug)]
-pub(super) enum Mark {
-    Image(Image),
-    Line {
-        points: Vec<(f64, f64)>,
-        color: Color,
-        width: f64,
-    },
-    Fill {
-        rect: Rect,
-        color: Color,
-    },
-    Disk {
-        center: Point,
-        radius: f64,
-        color: Color,
-    },
-    Polygon {
-        corners: Vec<Point>,
-        color: Color,
-    },
-    Text(Text),
-}
-
-/// Marks in painting order on a white ground.
+/// What is painted, in its order, on a white ground.
 #[derive(Debug)]
 pub(super) struct Scene {
     pub title: String,
     pub width: f64,
     pub height: f64,
     pub style: Style,
-    pub marks: Vec<Mark>,
+    elements: String,
 }
 
 impl Scene {
     /// As wide as the style says.
-    pub fn new(title: &str, style: &Style, height: f64) -> Self {
+    pub fn new(title: &str, style: &Style) -> Self {
         Scene {
             title: title.into(),
             width: style.columns(),
-            height,
+            height: 0.0,
             style: *style,
-            marks: Vec::new(),
+            elements: String::new(),
         }
     }
 
-    /// Paints every mark.
-    pub fn paint(&self, painter: &mut dyn Painter) -> Result<(), String> {
-        for mark in &self.marks {
-            let (shape, brush, color) = match mark {
-                Mark::Image(image) => {
-                    let raster = Raster {
-                        columns: image.columns,
-                        rows: image.rows,
-                        palette: Some(&image.palette),
-                        samples: &image.cells,
-                    };
-                    painter.image(&image.at, &raster)?;
-                    continue;
-                }
-                Mark::Text(text) => {
-                    painter.text(&text.text, text.at, &text.lettering())?;
-                    continue;
-                }
-                Mark::Line {
-                    points,
-                    color,
-                    width,
-                } => (Outline::Path(points), Brush::Stroke(width.max(1.0)), color),
-                Mark::Fill { rect, color } => (Outline::Rect(*rect), Brush::Fill, color),
-                Mark::Disk {
-                    center,
-                    radius,
-                    color,
-                } => {
-                    let (center, radius) = (*center, *radius);
-                    (Outline::Circle { center, radius }, Brush::Fill, color)
-                }
-                Mark::Polygon { corners, color } => (Outline::Path(corners), Brush::Fill, color),
-            };
-            painter.shape(&shape, brush, opaque(*color));
-        }
-        Ok(())
+    /// The whole document.
+    pub fn document(&self) -> String {
+        let size = (self.width, self.height);
+        let opening = opening(&self.title, size, self.style.unit_mm());
+        format!("{opening}{}</svg>\n", self.elements)
     }
 
-    pub fn line(&mut self, points: Vec<(f64, f64)>, color: Color, width: f64) {
-        self.marks.push(Mark::Line {
-            points,
-            color,
-            width,
-        });
+    fn add(&mut self, element: &str) {
+        self.elements.push_str(element);
+        self.elements.push('\n');
     }
 
-    pub fn polygon(&mut self, corners: Vec<Point>, color: Color) {
-        self.marks.push(Mark::Polygon { corners, color });
+    pub fn line(&mut self, points: &[Point], color: Color, width: f64) {
+        self.stroke(points, color, width, "");
     }
 
-    /// A straight line of dashes.
-    pub fn dashes(&mut self, from: Point, to: Point, color: Color, width: f64) {
-        self.dashed_path(&[from, to], color, width);
+    /// A line of dashes.
+    pub fn dashes(&mut self, points: &[Point], color: Color, width: f64) {
+        self.stroke(points, color, width, " stroke-dasharray=\"9 6\"");
     }
 
-    /// A path of dashes 9 units long, 6 apart, across its corners.
-    pub fn dashed_path(&mut self, path: &[Point], color: Color, width: f64) {
-        const PERIOD: f64 = 15.0;
-        const DASH: f64 = 9.0;
-        let mut passed = 0.0;
-        let mut dash: Vec<Point> = Vec::new();
-        for pair in path.windows(2) {
-            let (from, to) = (pair[0], pair[1]);
-            let length = (to.0 - from.0).hypot(to.1 - from.1);
-            let along = |s: f64| {
-                let share = s / length;
-                (
-                    from.0 + (to.0 - from.0) * share,
-                    from.1 + (to.1 - from.1) * share,
-                )
-            };
-            let mut at = 0.0;
-            while at < length {
-                let phase = (passed + at) % PERIOD;
-                let end = if phase < DASH { DASH } else { PERIOD };
-                // A step below rounding would never end.
-                let next = (at + (end - phase).max(1e-6)).min(length);
-                if phase < DASH {
-                    if dash.is_empty() {
-                        dash.push(along(at));
-                    }
-                    dash.push(along(next));
-                } else if !dash.is_empty() {
-                    self.line(std::mem::take(&mut dash), color, width);
-                }
-                at = next;
-            }
-            passed += length;
-        }
-        if dash.len() > 1 {
-            self.line(dash, color, width);
-        }
+    fn stroke(&mut self, points: &[Point], color: Color, width: f64, dashes: &str) {
+        let (ink, width, points) = (hex(color), width.max(1.0), list(points));
+        self.add(&format!(
+            "<polyline fill=\"none\" stroke=\"{ink}\" stroke-width=\"{width}\"{dashes} points=\"{points}\"/>"
+        ));
+    }
+
+    pub fn polygon(&mut self, corners: &[Point], color: Color) {
+        let (ink, points) = (hex(color), list(corners));
+        self.add(&format!("<polyline fill=\"{ink}\" points=\"{points}\"/>"));
+    }
+
+    pub fn disk(&mut self, (x, y): Point, radius: f64, color: Color) {
+        let ink = hex(color);
+        self.add(&format!(
+            "<circle fill=\"{ink}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\"/>"
+        ));
     }
 
     pub fn fill(&mut self, rect: Rect, color: Color) {
-        self.marks.push(Mark::Fill { rect, color });
+        let (place, ink) = (place(&rect), hex(color));
+        self.add(&format!("<rect {place} fill=\"{ink}\"/>"));
+    }
+
+    /// An image whose cells keep sharp edges.
+    pub fn image(&mut self, image: &Image) {
+        let size = (image.columns, image.rows);
+        if image.cells.is_empty() {
+            return;
+        }
+        let png = png(size, Some(&image.palette), &image.cells, None).unwrap_or_default();
+        let (place, data) = (place(&image.at), BASE64_STANDARD.encode(png));
+        self.add(&format!(
+            "<image {place} preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" \
+             href=\"data:image/png;base64,{data}\"/>"
+        ));
     }
 
     pub fn outline(&mut self, rect: Rect, color: Color) {
@@ -291,32 +194,103 @@ impl Scene {
             right,
             bottom,
         } = rect;
-        let corners = vec![
-            (left, top),
-            (right, top),
-            (right, bottom),
-            (left, bottom),
-            (left, top),
-        ];
-        self.line(corners, color, 1.0);
+        let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
+        self.line(&[&corners[..], &corners[..1]].concat(), color, 1.0);
     }
 
-    pub fn text(&mut self, text: impl Into<String>, at: (f64, f64), size: f64, anchor: Anchor) {
-        self.marks.push(Mark::Text(Text {
-            text: text.into(),
-            at,
-            size,
-            color: INK,
-            anchor,
-            vertical: false,
-        }));
+    pub fn text(&mut self, text: &str, at: Point, size: f64, anchor: Anchor) {
+        self.letters(text, at, size, anchor, INK, "");
     }
 
-    /// Lines of text from `y` down, `size` apart by a fifth more.
+    /// One line that reads upwards, around its middle.
+    pub fn upright(&mut self, text: &str, at: Point, size: f64) {
+        self.letters(text, at, size, Anchor::Middle, INK, " rotate(-90)");
+    }
+
+    /// One line; `size` is the em.
+    pub fn letters(
+        &mut self,
+        text: &str,
+        (x, y): Point,
+        size: f64,
+        anchor: Anchor,
+        color: Color,
+        turn: &str,
+    ) {
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let (baseline, ink, text) = (font::baseline(size), hex(color), escape(text));
+        self.add(&format!(
+            "<text transform=\"translate({x:.1} {y:.1}){turn}\" y=\"{baseline:.1}\" font-size=\"{size:.1}\" \
+             text-anchor=\"{anchor}\" fill=\"{ink}\">{text}</text>"
+        ));
+    }
+
+    /// Lines of text from `y` down, `size` apart by a quarter more.
     pub fn lines(&mut self, lines: &[String], (x, y): Point, size: f64, anchor: Anchor) {
         for (index, line) in lines.iter().enumerate() {
             let y = y + 1.25 * size * index as f64;
-            self.text(line.clone(), (x, y), size, anchor);
+            self.text(line, (x, y), size, anchor);
         }
     }
+}
+
+/// The beginning of a document with a white ground, whose units have so many millimetres. Lines are joined without the
+/// spikes that a noisy curve would have.
+pub(super) fn opening(title: &str, (width, height): (f64, f64), unit_mm: f64) -> String {
+    let [wide, high] = [width, height].map(|side| side * unit_mm);
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{wide:.2}mm\" height=\"{high:.2}mm\" \
+         viewBox=\"0 0 {width:.1} {height:.1}\" font-family=\"'DejaVu Sans', sans-serif\" \
+         stroke-linejoin=\"bevel\" role=\"img\">\n<title>{}</title>\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
+        escape(title)
+    )
+}
+
+fn list(points: &[Point]) -> String {
+    let mut list = String::new();
+    for (n, (x, y)) in points.iter().enumerate() {
+        let space = if n > 0 { " " } else { "" };
+        // Writing to a string does not fail.
+        let _ = write!(list, "{space}{x:.1},{y:.1}");
+    }
+    list
+}
+
+fn place(rect: &Rect) -> String {
+    format!(
+        "x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"",
+        rect.left,
+        rect.top,
+        rect.width(),
+        rect.height()
+    )
+}
+
+fn hex([red, green, blue]: Color) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+/// Text escaped for XML; characters that XML forbids become U+FFFD.
+fn escape(text: &str) -> String {
+    let text: String = text
+        .chars()
+        .map(|c| match c {
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => '\u{fffd}',
+            c => c,
+        })
+        .collect();
+    let pairs = [
+        ("&", "&amp;"),
+        ("<", "&lt;"),
+        (">", "&gt;"),
+        ("\"", "&quot;"),
+    ];
+    pairs
+        .iter()
+        .fold(text, |text, (from, to)| text.replace(from, to))
 }

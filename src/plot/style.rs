@@ -1,6 +1,5 @@
 //! How figures are laid out: their size in print, their letters, their colours.
 
-use super::Format;
 use crate::{Error, Result};
 
 /// Label size in the units of layouts: what is drawn is placed in these units.
@@ -159,7 +158,7 @@ impl Style {
     }
 
     /// Millimetres of a unit of the layout.
-    fn unit_mm(&self) -> f64 {
+    pub(super) fn unit_mm(&self) -> f64 {
         self.letters / LABEL / POINTS_PER_INCH * MM_PER_INCH
     }
 
@@ -179,38 +178,5 @@ impl Style {
     /// Whether plots are as narrow as a column of text.
     pub(super) fn is_narrow(&self) -> bool {
         self.columns() < 900.0
-    }
-
-    pub(super) fn page(&self, format: Format) -> PageUnits {
-        PageUnits {
-            format,
-            points: self.letters / LABEL,
-            dpi: self.dpi,
-        }
-    }
-}
-
-/// A file's format, and what a unit of the layout is in it.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PageUnits {
-    pub format: Format,
-    /// Points of a unit.
-    pub points: f64,
-    pub dpi: u32,
-}
-
-impl PageUnits {
-    /// A unit is a CSS pixel, of which a PNG file has 1.5.
-    pub fn pixels(format: Format) -> Self {
-        Style::screen().page(format)
-    }
-
-    /// Pixels of a unit in a PNG file.
-    pub fn pixel_ratio(&self) -> f64 {
-        self.points / POINTS_PER_INCH * f64::from(self.dpi)
-    }
-
-    pub fn millimetres(&self, units: f64) -> f64 {
-        units * self.points / POINTS_PER_INCH * MM_PER_INCH
     }
 }

@@ -1,8 +1,9 @@
 //! Vertical lines through a frame, with their names above it, or inside where an axis is above.
 
+use super::axis::TICK_SIZE;
 use super::font;
 use super::legend::ROW;
-use super::panel::{self, Panel, TICK_SIZE};
+use super::panel::{self, Panel};
 use super::scene::{Anchor, Color, Scene};
 use crate::sheet::Mark;
 
@@ -32,7 +33,7 @@ pub(super) fn draw(scene: &mut Scene, marks: &[Mark], panel: &Panel, color: Colo
             continue;
         }
         let ends = [(placed.line, rect.bottom), (placed.line, rect.top)];
-        scene.dashed_path(&ends, color, 1.2);
+        scene.dashes(&ends, color, 1.2);
         let beyond = ROW * (placed.row as f64 + 0.5) + 2.0;
         let y = match is_inside(panel) {
             true => rect.top + beyond,

@@ -1,8 +1,5 @@
 //! What a file of arrays says of an analysis.
 
-use serde_json::Value;
-
-use super::{ArrayFile, Attribute};
 use crate::analyze::Analysis;
 use crate::analyze::labels::Power;
 use crate::sheet::Sheet;
@@ -35,31 +32,4 @@ pub fn label_analysis(analysis: &Analysis, sheet: &mut Sheet) {
             added.about = about.into();
         }
     }
-}
-
-/// The numbers and texts of these parts of a summary as attributes of the file, their names behind a prefix.
-pub(super) fn describe_file(summary: &Value, parts: &[(&str, &str)], file: &dyn ArrayFile) {
-    for &(part, prefix) in parts {
-        for (name, value) in summary[part].as_object().into_iter().flatten() {
-            if let Some(value) = attribute(value) {
-                file.attribute(&format!("{prefix}{name}"), value);
-            }
-        }
-    }
-    if let Some(schema) = attribute(&summary["schema"]) {
-        file.attribute("schema", schema);
-    }
-}
-
-/// A part of the summary as an attribute; nothing for what is not known.
-fn attribute(value: &Value) -> Option<Attribute> {
-    Some(match value {
-        Value::Null => return None,
-        Value::String(text) => Attribute::Text(text.clone()),
-        Value::Number(number) => match number.as_i64().and_then(|n| i32::try_from(n).ok()) {
-            Some(integer) => Attribute::Integer(integer),
-            None => Attribute::Number(number.as_f64()?),
-        },
-        nested => Attribute::Text(nested.to_string()),
-    })
 }

@@ -11,62 +11,22 @@ use crate::error::Result;
 use crate::sheet::{Describe, FigureLayout, Sheet, Variable, flat};
 use crate::unit;
 
-/// What the numbers of an array are.
-#[derive(Debug, Clone, Copy)]
-enum Kind {
-    Time,
-    Length,
-    Wavenumber,
-    Frequency,
-    Energy,
-    Power,
-    EnergyPerFrequency,
-    Velocity,
-    Force,
-    Number,
-}
+/// A label of a unit, as in the figures.
+type Unit = fn(&BudgetUnits) -> String;
 
-impl Kind {
-    /// As in the figures; empty for none.
-    fn unit(self, units: &BudgetUnits) -> String {
-        let label = match self {
-            Kind::Time => units.time(),
-            Kind::Length => units.position(),
-            Kind::Wavenumber => units.wavenumber(),
-            Kind::Frequency => units.frequency(),
-            Kind::Energy => units.energy(""),
-            Kind::Power => units.power(""),
-            Kind::EnergyPerFrequency => units.energy_per_frequency(""),
-            Kind::Velocity => units.velocity(""),
-            Kind::Force => units.force(""),
-            Kind::Number => String::new(),
-        };
-        unit::split(&label).1.to_owned()
-    }
-}
+const TIMES: Unit = BudgetUnits::time;
+const LENGTH: Unit = BudgetUnits::position;
+const WAVENUMBER: Unit = BudgetUnits::wavenumber;
+const FREQUENCY: Unit = BudgetUnits::frequency;
+const ENERGY: Unit = |units| units.energy("");
+const POWER: Unit = |units| units.power("");
+const ENERGY_PER_FREQUENCY: Unit = |units| units.energy_per_frequency("");
+const VELOCITY: Unit = |units| units.velocity("");
+const FORCE: Unit = |units| units.force("");
+const NUMBER: Unit = |_| String::new();
 
-/// An array of a budget.
-struct Entry {
-    name: &'static str,
-    /// The arrays that hold the coordinates of its axes.
-    axes: &'static [&'static str],
-    kind: Kind,
-    about: &'static str,
-}
-
-const fn entry(
-    name: &'static str,
-    axes: &'static [&'static str],
-    kind: Kind,
-    about: &'static str,
-) -> Entry {
-    Entry {
-        name,
-        axes,
-        kind,
-        about,
-    }
-}
+/// An array of a budget: its name, the arrays that hold the coordinates of its axes, its unit, and what it is.
+type Entry = (&'static str, &'static [&'static str], Unit, &'static str);
 
 const TIME: &[&str] = &["time"];
 const SITE: &[&str] = &["position"];
@@ -83,59 +43,59 @@ const FREQUENCY_CONTACT: &[&str] = &["frequency", "contact_position"];
 /// All arrays of a budget, the large ones too.
 #[rustfmt::skip]
 const ENTRIES: [Entry; 48] = [
-    entry("time", TIME, Kind::Time, "time"),
-    entry("position", SITE, Kind::Length, "position of the sites"),
-    entry("contact_position", CONTACT, Kind::Length, "position of the contacts"),
-    entry("wavenumber", &["wavenumber"], Kind::Wavenumber, "wavenumber k"),
-    entry("cell_wavenumber", &["cell_wavenumber"], Kind::Wavenumber, "wavenumber of the cell"),
-    entry("frequency", &["frequency"], Kind::Frequency, "frequency"),
-    entry("scale", SCALE, Kind::Length, "coarse-graining scale l"),
-    entry("energy", TIME, Kind::Energy, "energy of the chain"),
-    entry("kinetic_energy", TIME, Kind::Energy, "kinetic energy"),
-    entry("contact_energy", TIME, Kind::Energy, "energy of the contacts"),
-    entry("lost_energy", TIME, Kind::Energy, "energy lost since the first sample"),
-    entry("input_energy", TIME, Kind::Energy, "energy put in since the first sample"),
-    entry("left_behind", CONTACT, Kind::Energy, "energy left of each contact at the end"),
-    entry("wavenumber_centroid", TIME, Kind::Wavenumber, "centroid of E(k)"),
-    entry("low_wavenumber_energy", TIME, Kind::Energy, "energy of the low band"),
-    entry("band_edge_flux", TIME, Kind::Power, "spectral flux through the band edge, towards high k"),
-    entry("optical_energy", TIME, Kind::Energy, "energy of the optical branch"),
-    entry("optical_transfer", TIME, Kind::Power, "transfer from the acoustic to the optical branch"),
-    entry("low_frequency_passed", CONTACT, Kind::Energy, "energy passed in the low band of frequency"),
-    entry("high_frequency_passed", CONTACT, Kind::Energy, "energy passed in the high band of frequency"),
-    entry("scale_sigma", SCALE, Kind::Length, "width of the filter"),
-    entry("scale_cutoff_wavenumber", SCALE, Kind::Wavenumber, "wavenumber at which the gain of the filter is 1/2"),
-    entry("integrated_scale_flux", SCALE, Kind::Energy, "flux to scales below l, summed over contacts and integrated over time"),
-    entry("site_energy", TIME_SITE, Kind::Energy, "energy of each site"),
-    entry("energy_flux", TIME_CONTACT, Kind::Power, "energy flux J, towards +x"),
-    entry("energy_passed", TIME_CONTACT, Kind::Energy, "energy passed since the first sample, towards +x"),
-    entry("energy_lost", TIME_SITE, Kind::Energy, "energy lost at each site since the first sample"),
-    entry("energy_spectrum", TIME_WAVENUMBER, Kind::Energy, "energy spectrum E(k)"),
-    entry("transfer", TIME_WAVENUMBER, Kind::Power, "transfer T(k)"),
-    entry("loss_spectrum", TIME_WAVENUMBER, Kind::Power, "dissipation over k"),
-    entry("input_spectrum", TIME_WAVENUMBER, Kind::Power, "input power over k"),
-    entry("spectral_flux", TIME_WAVENUMBER, Kind::Power, "spectral flux \u{3a0}(k), towards high k"),
-    entry("integrated_spectral_flux", TIME_WAVENUMBER, Kind::Energy, "spectral flux integrated since the first sample"),
-    entry("acoustic_spectrum", TIME_CELL, Kind::Energy, "acoustic part of E(k)"),
-    entry("optical_spectrum", TIME_CELL, Kind::Energy, "optical part of E(k)"),
-    entry("mode_frequency", MODE, Kind::Frequency, "frequency of the normal modes"),
-    entry("mode_energy", TIME_MODE, Kind::Energy, "energy of the normal modes of the linearized chain"),
-    entry("modes_energy", TIME, Kind::Energy, "energy of all normal modes"),
-    entry("mode_entropy", TIME, Kind::Number, "spectral entropy of the energy by mode"),
-    entry("normalized_mode_entropy", TIME, Kind::Number, "(ln N - S) / (ln N - S(0)): 1 at the start, 0 where all modes have as much"),
-    entry("power_flow", FREQUENCY_CONTACT, Kind::EnergyPerFrequency, "power flow P(f)"),
-    entry("cumulative_power_flow", FREQUENCY_CONTACT, Kind::Energy, "energy passed up to each frequency"),
-    entry("scale_flux", TIME_CONTACT, Kind::Power, "flux to scales below that of the map"),
-    entry("scale_flux_in_time", &["time", "scale"], Kind::Power, "flux to scales below l, summed over contacts"),
-    entry("velocity", TIME_SITE, Kind::Velocity, "velocity"),
-    entry("displacement", TIME_SITE, Kind::Length, "displacement"),
-    entry("overlap", TIME_CONTACT, Kind::Length, "overlap of the contacts"),
-    entry("force", TIME_CONTACT, Kind::Force, "force of the contacts"),
+    ("time", TIME, TIMES, "time"),
+    ("position", SITE, LENGTH, "position of the sites"),
+    ("contact_position", CONTACT, LENGTH, "position of the contacts"),
+    ("wavenumber", &["wavenumber"], WAVENUMBER, "wavenumber k"),
+    ("cell_wavenumber", &["cell_wavenumber"], WAVENUMBER, "wavenumber of the cell"),
+    ("frequency", &["frequency"], FREQUENCY, "frequency"),
+    ("scale", SCALE, LENGTH, "coarse-graining scale l"),
+    ("energy", TIME, ENERGY, "energy of the chain"),
+    ("kinetic_energy", TIME, ENERGY, "kinetic energy"),
+    ("contact_energy", TIME, ENERGY, "energy of the contacts"),
+    ("lost_energy", TIME, ENERGY, "energy lost since the first sample"),
+    ("input_energy", TIME, ENERGY, "energy put in since the first sample"),
+    ("left_behind", CONTACT, ENERGY, "energy left of each contact at the end"),
+    ("wavenumber_centroid", TIME, WAVENUMBER, "centroid of E(k)"),
+    ("low_wavenumber_energy", TIME, ENERGY, "energy of the low band"),
+    ("band_edge_flux", TIME, POWER, "spectral flux through the band edge, towards high k"),
+    ("optical_energy", TIME, ENERGY, "energy of the optical branch"),
+    ("optical_transfer", TIME, POWER, "transfer from the acoustic to the optical branch"),
+    ("low_frequency_passed", CONTACT, ENERGY, "energy passed in the low band of frequency"),
+    ("high_frequency_passed", CONTACT, ENERGY, "energy passed in the high band of frequency"),
+    ("scale_sigma", SCALE, LENGTH, "width of the filter"),
+    ("scale_cutoff_wavenumber", SCALE, WAVENUMBER, "wavenumber at which the gain of the filter is 1/2"),
+    ("integrated_scale_flux", SCALE, ENERGY, "flux to scales below l, summed over contacts and integrated over time"),
+    ("site_energy", TIME_SITE, ENERGY, "energy of each site"),
+    ("energy_flux", TIME_CONTACT, POWER, "energy flux J, towards +x"),
+    ("energy_passed", TIME_CONTACT, ENERGY, "energy passed since the first sample, towards +x"),
+    ("energy_lost", TIME_SITE, ENERGY, "energy lost at each site since the first sample"),
+    ("energy_spectrum", TIME_WAVENUMBER, ENERGY, "energy spectrum E(k)"),
+    ("transfer", TIME_WAVENUMBER, POWER, "transfer T(k)"),
+    ("loss_spectrum", TIME_WAVENUMBER, POWER, "dissipation over k"),
+    ("input_spectrum", TIME_WAVENUMBER, POWER, "input power over k"),
+    ("spectral_flux", TIME_WAVENUMBER, POWER, "spectral flux \u{3a0}(k), towards high k"),
+    ("integrated_spectral_flux", TIME_WAVENUMBER, ENERGY, "spectral flux integrated since the first sample"),
+    ("acoustic_spectrum", TIME_CELL, ENERGY, "acoustic part of E(k)"),
+    ("optical_spectrum", TIME_CELL, ENERGY, "optical part of E(k)"),
+    ("mode_frequency", MODE, FREQUENCY, "frequency of the normal modes"),
+    ("mode_energy", TIME_MODE, ENERGY, "energy of the normal modes of the linearized chain"),
+    ("modes_energy", TIME, ENERGY, "energy of all normal modes"),
+    ("mode_entropy", TIME, NUMBER, "spectral entropy of the energy by mode"),
+    ("normalized_mode_entropy", TIME, NUMBER, "(ln N - S) / (ln N - S(0)): 1 at the start, 0 where all modes have as much"),
+    ("power_flow", FREQUENCY_CONTACT, ENERGY_PER_FREQUENCY, "power flow P(f)"),
+    ("cumulative_power_flow", FREQUENCY_CONTACT, ENERGY, "energy passed up to each frequency"),
+    ("scale_flux", TIME_CONTACT, POWER, "flux to scales below that of the map"),
+    ("scale_flux_in_time", &["time", "scale"], POWER, "flux to scales below l, summed over contacts"),
+    ("velocity", TIME_SITE, VELOCITY, "velocity"),
+    ("displacement", TIME_SITE, LENGTH, "displacement"),
+    ("overlap", TIME_CONTACT, LENGTH, "overlap of the contacts"),
+    ("force", TIME_CONTACT, FORCE, "force of the contacts"),
 ];
 
 /// What an array is: its entry, and whether it holds the standard errors of that.
 fn known(name: &str) -> Option<(&'static Entry, bool)> {
-    let find = |name: &str| ENTRIES.iter().find(|entry| entry.name == name);
+    let find = |name: &str| ENTRIES.iter().find(|(known, ..)| *known == name);
     let of_errors = || Some((find(name.strip_suffix("_error")?)?, true));
     find(name).map(|entry| (entry, false)).or_else(of_errors)
 }
@@ -150,20 +110,20 @@ fn add<'a>(
     values: impl Into<Cow<'a, [f64]>>,
 ) {
     let values = values.into();
-    let Some((entry, is_error)) = known(name) else {
+    let Some(((_, axes, unit, about), is_error)) = known(name) else {
         return;
     };
     if values.is_empty() && !shape.is_empty() {
         return;
     }
-    let axes = entry.axes.iter().zip(shape);
+    let axes = axes.iter().zip(shape);
     sheet.variables.push(Variable {
         name: name.into(),
         dimensions: axes.map(|(axis, len)| ((*axis).into(), *len)).collect(),
-        unit: entry.kind.unit(units),
+        unit: unit::split(&unit(units)).1.to_owned(),
         about: match is_error {
-            true => format!("standard error of: {}", entry.about),
-            false => entry.about.into(),
+            true => format!("standard error of: {about}"),
+            false => (*about).into(),
         },
         values,
     });
@@ -228,30 +188,28 @@ fn add_arrays<'a>(budget: &'a Budget, sheet: &mut Sheet<'a>) {
         line("frequency", flow.frequency.as_slice().into());
     }
     if let Some(found) = &budget.scales {
-        let of = |value: fn(&ScaleOf) -> f64| -> Cow<'a, [f64]> {
-            found.scales.iter().map(value).collect()
-        };
-        line("scale", of(|scale| scale.scale));
-        line("scale_sigma", of(|scale| scale.sigma.unwrap_or(f64::NAN)));
-        line(
-            "scale_cutoff_wavenumber",
-            of(|scale| scale.cutoff_wavenumber),
-        );
+        let scales: [(&str, fn(&ScaleOf) -> f64); 3] = [
+            ("scale", |scale| scale.scale),
+            ("scale_sigma", |scale| scale.sigma.unwrap_or(f64::NAN)),
+            ("scale_cutoff_wavenumber", |scale| scale.cutoff_wavenumber),
+        ];
+        for (name, value) in scales {
+            line(name, found.scales.iter().map(value).collect());
+        }
     }
     if let Some(found) = &budget.modes {
-        line(
-            "mode_frequency",
-            found.frequency.iter().map(|w| w / (2.0 * PI)).collect(),
-        );
-        line("modes_energy", found.energy.as_slice().into());
-        line("mode_entropy", found.entropy.as_slice().into());
-        line(
-            "normalized_mode_entropy",
-            found.normalized_entropy.as_slice().into(),
-        );
+        let frequency = found.frequency.iter().map(|w| w / (2.0 * PI));
+        line("mode_frequency", frequency.collect());
+        for (name, values) in [
+            ("modes_energy", &found.energy),
+            ("mode_entropy", &found.entropy),
+            ("normalized_mode_entropy", &found.normalized_entropy),
+        ] {
+            line(name, values.as_slice().into());
+        }
     }
-    for entry in ENTRIES.iter().filter(|entry| entry.axes.len() > 1) {
-        add(sheet, &budget.units, entry.name, &[], &[][..]);
+    for (name, ..) in ENTRIES.iter().filter(|(_, axes, ..)| axes.len() > 1) {
+        add(sheet, &budget.units, name, &[], &[][..]);
     }
 }
 
@@ -297,7 +255,10 @@ mod tests {
 
     #[test]
     fn errors_have_the_unit_of_what_they_are_of() {
-        let unit = |name: &str| known(name).unwrap().0.kind.unit(&BudgetUnits::si());
+        let unit = |name: &str| {
+            let ((_, _, unit, _), _) = known(name).unwrap();
+            unit::split(&unit(&BudgetUnits::si())).1.to_owned()
+        };
         for (name, expected) in [
             ("transfer_error", "J/s"),
             ("force", "N"),

@@ -18,57 +18,39 @@ pub struct ResultDirectory {
 }
 
 /// What any result may have beside files of its own name.
-const COMMON: [&str; 8] = [
-    "summary.json",
-    "report.html",
-    "figures",
-    "table.csv",
-    "design.toml",
-    "fitted.toml",
-    "records.csv",
-    "plot.py",
-];
+const COMMON: &str =
+    "summary.json report.html figures table.csv design.toml fitted.toml records.csv plot.py";
 
 /// The file that describes the others.
 const SUMMARY: &str = "summary.json";
 
 /// The results whose files or figures are not called as they are, by the name of their schema: their arrays, without
 /// extension, where numbers follow a dash, and their figures.
-const OTHERWISE: [(&str, &str, &[&str]); 5] = [
-    ("analyze", "spectra", &ANALYZE),
-    ("budget", "budget", &BUDGET),
-    ("compare", "", &["views"]),
-    ("localize", "wave-", &["localize"]),
-    ("spacetime", "spectrum", &["spectrum"]),
-];
-
-const ANALYZE: [&str; 9] = [
-    "space-time",
-    "temporal-spectrum",
-    "spatial-spectrum",
-    "spacetime-spectrum",
-    "along-x",
-    "along-t",
-    "short-time",
-    "short-space",
-    "flux-surrogate",
-];
-
-const BUDGET: [&str; 8] = [
-    "energies",
-    "energy-flux",
-    "energy-passed",
-    "power-flow",
-    "energy-spectrum",
-    "spectral-flux",
-    "scale-flux",
-    "views",
+const OTHERWISE: [(&str, &str, &str); 5] = [
+    (
+        "analyze",
+        "spectra",
+        "space-time temporal-spectrum spatial-spectrum spacetime-spectrum along-x along-t short-time short-space \
+         flux-surrogate",
+    ),
+    (
+        "budget",
+        "budget",
+        "energies energy-flux energy-passed power-flow energy-spectrum spectral-flux scale-flux views",
+    ),
+    ("compare", "", "views"),
+    ("localize", "wave-", "localize"),
+    ("spacetime", "spectrum", "spectrum"),
 ];
 
 /// Names of the arrays and the figures of a result.
-fn names_of(result: &str) -> (&str, &[&str]) {
+fn names_of(result: &str) -> (&str, &str) {
     let known = OTHERWISE.iter().find(|(name, ..)| *name == result);
-    known.map_or((result, &[]), |&(_, arrays, figures)| (arrays, figures))
+    known.map_or((result, result), |&(_, arrays, figures)| (arrays, figures))
+}
+
+fn is_in(names: &str, name: &str) -> bool {
+    names.split(' ').any(|known| known == name)
 }
 
 /// Whether the directory of a result, by the name of its schema, may hold a file of this name; anything else in it is not
@@ -76,7 +58,7 @@ fn names_of(result: &str) -> (&str, &[&str]) {
 fn may_hold(result: &str, name: &str) -> bool {
     let is_plot = name.starts_with("plot-") && name.ends_with(".png");
     let is_scene = result == "fit" && name == "fitted.toml";
-    if COMMON.contains(&name) || is_plot || is_scene {
+    if is_in(COMMON, name) || is_plot || is_scene {
         return true;
     }
     let Some((stem, "npz" | "nc" | "csv")) = name.rsplit_once('.') else {
@@ -96,10 +78,7 @@ fn may_draw(result: &str, name: &str) -> bool {
     let Some((stem, "png" | "svg")) = name.rsplit_once('.') else {
         return false;
     };
-    match names_of(result) {
-        (_, []) => stem == result,
-        (_, figures) => figures.contains(&stem),
-    }
+    is_in(names_of(result).1, stem)
 }
 
 /// The name of a result in the schema of its summary.

@@ -13,8 +13,6 @@ mod netcdf;
 mod new_file;
 #[cfg(feature = "figures")]
 mod page;
-#[cfg(feature = "figures")]
-mod pages;
 mod partial;
 mod provenance;
 mod run_file;
@@ -36,8 +34,8 @@ pub use field_set::{
 pub use headlines::{Headlines, MovedShares};
 pub use netcdf::NetCdf;
 #[cfg(feature = "figures")]
-pub use pages::{fields_html, sheet_html};
-pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
+pub use page::{fields_html, sheet_html};
+pub use partial::{PARTIAL_SCHEMA, read_partial, read_partial_about, write_partial};
 pub use provenance::Provenance;
 pub use run_file::{RUN_SCHEMA, RunFile, RunParts};
 pub use scan_records::{records_json, records_table};

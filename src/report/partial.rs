@@ -30,33 +30,6 @@ fn checksum(sums: &[f64]) -> String {
     hasher.finalize().to_hex().to_string()
 }
 
-/// A partial result as the text of what it is part of, in JSON, and the array of [`write_partial`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct PartialArrays {
-    pub about: String,
-    pub sums: Vec<f64>,
-}
-
-impl PartialArrays {
-    /// # Errors
-    /// Those of JSON.
-    pub fn new(partial: &Partial) -> serde_json::Result<PartialArrays> {
-        Ok(PartialArrays {
-            about: serde_json::to_string(&partial.about)?,
-            sums: partial.sums.clone(),
-        })
-    }
-
-    /// # Errors
-    /// Those of JSON. What the sums belong to is checked where they are combined.
-    pub fn partial(self) -> serde_json::Result<Partial> {
-        Ok(Partial {
-            about: serde_json::from_str(&self.about)?,
-            sums: self.sums,
-        })
-    }
-}
-
 /// Writes a partial result to the new file `path` (`.npz`): the text `part`, JSON with the request, the axes,
 /// the range of segments and a checksum; `sums`, the state of each tile of sites after another.
 ///
@@ -120,17 +93,12 @@ fn stored(path: &Path, members: &mut Members) -> Result<Stored> {
     let text = text.ok_or_else(|| unfit(path, EXPECTED, "an archive without `part`"))?;
     let stored: Stored =
         serde_json::from_str(&text).map_err(|error| unfit(path, EXPECTED, &error.to_string()))?;
-    match stored.schema == PARTIAL_SCHEMA {
-        true => Ok(stored),
-        false => {
-            let found = format!("the layout {:?}", stored.schema);
-            Err(unfit(
-                path,
-                &format!("the layout {PARTIAL_SCHEMA:?}"),
-                &found,
-            ))
-        }
+    if stored.schema != PARTIAL_SCHEMA {
+        let expected = format!("the layout {PARTIAL_SCHEMA:?}");
+        let found = format!("the layout {:?}", stored.schema);
+        return Err(unfit(path, &expected, &found));
     }
+    Ok(stored)
 }
 
 fn array(path: &Path, members: &mut Members, name: &str) -> Result<Vec<f64>> {

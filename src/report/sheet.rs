@@ -2,8 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::arrays::describe_file;
-use super::{ArrayFile, ArrayLabels, Provenance};
+use super::{ArrayFile, ArrayLabels, Attribute, Provenance};
 use crate::error::Result;
 use crate::sheet::{Sheet, Table};
 
@@ -60,8 +59,30 @@ impl Sheet<'_> {
     /// Adds parts of a summary as attributes of a file: conventions, residuals, provenance. What the summary nests is a
     /// text in JSON.
     pub fn describe_file(&self, summary: &Value, file: &dyn ArrayFile) {
-        describe_file(summary, self.attributes, file);
+        for (part, prefix) in self.attributes {
+            for (name, value) in summary[part].as_object().into_iter().flatten() {
+                if let Some(value) = attribute(value) {
+                    file.attribute(&format!("{prefix}{name}"), value);
+                }
+            }
+        }
+        if let Some(schema) = attribute(&summary["schema"]) {
+            file.attribute("schema", schema);
+        }
     }
+}
+
+/// A part of the summary as an attribute; nothing for what is not known.
+fn attribute(value: &Value) -> Option<Attribute> {
+    Some(match value {
+        Value::Null => return None,
+        Value::String(text) => Attribute::Text(text.clone()),
+        Value::Number(number) => match number.as_i64().and_then(|n| i32::try_from(n).ok()) {
+            Some(integer) => Attribute::Integer(integer),
+            None => Attribute::Number(number.as_f64()?),
+        },
+        nested => Attribute::Text(nested.to_string()),
+    })
 }
 
 impl Table {

@@ -6,8 +6,8 @@ use super::{Ridge, RidgeCut, RidgeFit, RidgePoint, Ridges};
 use crate::analyze::{DispersionCurve, labels};
 use crate::numeric::sorted;
 use crate::sheet::{
-    BLUE, Chart, Column, Describe, HeatChart, Look, PlotRow, Role, Series, Sheet, Units,
-    VERMILLION, name_of, number, percent, with_half, with_unit,
+    BLUE, Chart, Column, Describe, Look, PlotRow, Role, Series, Sheet, Units, VERMILLION, name_of,
+    number, percent, with_half, with_unit,
 };
 use crate::unit::{self, label};
 
@@ -238,10 +238,10 @@ impl Ridges {
     }
 
     /// The spectrum, with the curves over it.
-    pub(crate) fn map(&self) -> Option<HeatChart> {
+    pub(crate) fn map(&self) -> Option<Chart> {
         let analysis = &self.analysis;
         let map = analysis.spacetime_map.as_ref()?.shown();
-        Some(HeatChart {
+        Some(Chart {
             title: "space-time spectrum S(k, f)".into(),
             caption: "Power by wavenumber and frequency; positive wavenumbers travel towards +x."
                 .into(),
@@ -252,8 +252,8 @@ impl Ridges {
             y: map.y.low..map.y.high,
             values: map.values.mapv(f64::from),
             curves: DispersionCurve::curves(&analysis.dispersion),
-            roles: Some([Role::Wavenumber, Role::Frequency]),
-            ..HeatChart::default()
+            roles: [Role::Wavenumber, Role::Frequency].map(Some),
+            ..Chart::default()
         })
     }
 

@@ -2,7 +2,10 @@
 
 use std::ops::Range;
 
-use super::Role;
+use ndarray::Array2;
+
+use super::map::{Colors, Curve, Map, Reduction, Role, magnitudes, range};
+use super::units::Units;
 
 /// Colours of Okabe and Ito, safe for colour-blind readers: red, green, blue.
 pub const PALETTE: [[u8; 3]; 7] = [
@@ -35,10 +38,11 @@ pub enum Weight {
     Gap,
 }
 
-/// An upright line at an abscissa, with a word above its upper end.
+/// A dashed line at a value of one axis, across the chart, with its name. That of an upright one is above its upper end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mark {
     pub at: f64,
+    /// Empty for a line without a name.
     pub label: String,
 }
 
@@ -47,7 +51,15 @@ impl Mark {
         let label = label.into();
         Mark { at, label }
     }
+
+    /// The line at 0, without a name.
+    pub fn zero() -> Mark {
+        Mark::new(0.0, "")
+    }
 }
+
+/// One that is level.
+pub type Level = Mark;
 
 /// A symbol at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,10 +71,11 @@ pub enum Marker {
 }
 
 /// How a series is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Look {
     /// A line; its points are marked where they are few.
+    #[default]
     Line,
     Dashed,
     Dots,
@@ -77,7 +90,7 @@ pub struct Band {
 }
 
 /// Points with a name, which may be empty. A point that is not finite is a gap.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Series {
     pub label: String,
     pub points: Vec<(f64, f64)>,
@@ -100,13 +113,8 @@ impl Series {
         Series {
             label: label.into(),
             points,
-            errors: Vec::new(),
-            band: None,
-            look: Look::Line,
             colour,
-            marker: None,
-            weight: Weight::Normal,
-            shade: None,
+            ..Series::default()
         }
     }
 
@@ -153,31 +161,11 @@ impl Series {
     }
 }
 
-/// A dashed line across a chart at a value, with its name.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Level {
-    pub at: f64,
-    /// Empty for a line without a name.
-    pub label: String,
-}
-
-impl Level {
-    pub fn new(at: f64, label: impl Into<String>) -> Level {
-        let label = label.into();
-        Level { at, label }
-    }
-
-    /// The line at 0, without a name.
-    pub fn zero() -> Level {
-        Level::new(0.0, "")
-    }
-}
-
 /// Decades that a logarithmic axis reaches down, at most.
 const DECADES: i32 = 12;
 
-/// Series on one pair of axes.
-#[derive(Debug, Clone, PartialEq)]
+/// Series on one pair of axes, over the cells of a map where there is one.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Chart {
     /// Above the frame; may be empty.
     pub title: String,
@@ -187,20 +175,34 @@ pub struct Chart {
     pub y_label: String,
     pub x: Range<f64>,
     pub y: Range<f64>,
+    /// Of a map, whether columns are evenly spaced in the logarithm of x.
     pub log_x: bool,
     pub log_y: bool,
     pub series: Vec<Series>,
     /// Uprights with their names.
     pub marks: Vec<Mark>,
     pub levels: Vec<Level>,
-    /// Label of a second reading of the vertical axis, and what values are multiplied by for it.
-    pub second_y: Option<(String, f64)>,
-    /// What x counts, where picks on a page are shared.
-    pub role: Option<Role>,
+    /// What x and y count, where picks on a page are shared; those of a map on a page are known.
+    pub roles: [Option<Role>; 2],
+    /// Label of a second reading of wavenumbers, and what they are multiplied by for it.
+    pub second: Option<(String, f64)>,
     /// Whether the curves rise to 1 towards the right, where names have room below them.
     pub is_cumulative: bool,
-    /// What lies beyond the range of x; a page opens on the range and holds the rest.
+    /// What lies beyond the ranges; a page opens on them and holds the rest.
     pub not_shown: Option<String>,
+    /// What the colours of a map mean, with its unit.
+    pub label: String,
+    /// Values of a map, each row from the lower end of the vertical axis on; none where there is no map.
+    pub values: Array2<f64>,
+    /// In their place, cells of many samples, with the part that is shown at first.
+    pub reduced: Option<Box<Map>>,
+    pub colors: Colors,
+    /// Least positive and largest magnitude, of maps that share their colours.
+    pub shared: Option<[f64; 2]>,
+    /// Dashed lines over a map.
+    pub curves: Vec<Curve>,
+    /// What values along y are multiplied by for the ends of their 95 % interval.
+    pub interval: Option<[f64; 2]>,
 }
 
 impl Chart {
@@ -225,17 +227,50 @@ impl Chart {
             y_label: y_label.into(),
             x,
             y: low..y.end + 0.08 * (y.end - low),
-            log_x: false,
-            log_y: false,
             series,
-            marks: Vec::new(),
-            levels: Vec::new(),
-            second_y: None,
-            caption: String::new(),
-            role: None,
-            is_cumulative: false,
-            not_shown: None,
+            ..Chart::default()
         }
+    }
+
+    /// A map of values over two axes with the centres of its cells; the vertical one has no negative values.
+    pub(crate) fn over(
+        units: &Units,
+        roles: [Role; 2],
+        [x, y]: [&[f64]; 2],
+        values: Array2<f64>,
+    ) -> Chart {
+        let vertical = range(y);
+        Chart {
+            x_label: units.label(roles[0]),
+            y_label: units.label(roles[1]),
+            x: range(x),
+            y: vertical.start.max(0.0)..vertical.end,
+            values,
+            roles: roles.map(Some),
+            ..Chart::default()
+        }
+    }
+
+    /// A map of many samples a cell: colours about zero for signed ones, else logarithmic.
+    pub fn of_map(map: &Map) -> Chart {
+        let shown = map.shown();
+        Chart {
+            x_label: map.x.label.clone(),
+            y_label: map.y.label.clone(),
+            label: map.label.clone(),
+            x: shown.x.low..shown.x.high,
+            y: shown.y.low..shown.y.high,
+            colors: match map.reduction {
+                Reduction::Extreme { .. } => Colors::about_zero(magnitudes([shown].into_iter())[1]),
+                Reduction::Max { .. } => Colors::Powers,
+            },
+            reduced: Some(Box::new(map.clone())),
+            ..Chart::default()
+        }
+    }
+
+    pub fn is_map(&self) -> bool {
+        self.reduced.is_some() || self.values.dim() != (0, 0)
     }
 
     /// The same with a logarithmic vertical axis, over points and bands that are positive.

@@ -1,53 +1,11 @@
 //! Figures as data: plots in rows.
 
-use super::{Chart, HeatChart};
-
-/// One plot.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Plot {
-    Chart(Chart),
-    Map(HeatChart),
-}
-
-impl Plot {
-    pub fn title(&self) -> &str {
-        match self {
-            Plot::Chart(chart) => &chart.title,
-            Plot::Map(map) => &map.title,
-        }
-    }
-
-    pub fn as_chart(&self) -> Option<&Chart> {
-        match self {
-            Plot::Chart(chart) => Some(chart),
-            Plot::Map(_) => None,
-        }
-    }
-
-    pub fn as_map(&self) -> Option<&HeatChart> {
-        match self {
-            Plot::Chart(_) => None,
-            Plot::Map(map) => Some(map),
-        }
-    }
-}
-
-impl From<Chart> for Plot {
-    fn from(chart: Chart) -> Plot {
-        Plot::Chart(chart)
-    }
-}
-
-impl From<HeatChart> for Plot {
-    fn from(map: HeatChart) -> Plot {
-        Plot::Map(map)
-    }
-}
+use super::Chart;
 
 /// Plots beside each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlotRow {
-    pub plots: Vec<Plot>,
+    pub plots: Vec<Chart>,
     /// Cells that the row is divided into.
     pub columns: usize,
     /// Height of its frames over the usual one, where they are wide enough: no frame is higher than 0.62 of its width.
@@ -56,8 +14,8 @@ pub struct PlotRow {
 
 impl PlotRow {
     /// A row that its plots fill.
-    pub fn of(plots: impl IntoIterator<Item = impl Into<Plot>>) -> PlotRow {
-        let plots: Vec<Plot> = plots.into_iter().map(Into::into).collect();
+    pub fn of(plots: impl IntoIterator<Item = Chart>) -> PlotRow {
+        let plots: Vec<Chart> = plots.into_iter().collect();
         PlotRow {
             columns: plots.len().max(1),
             plots,
@@ -70,12 +28,11 @@ impl PlotRow {
     }
 
     /// Rows of so many plots.
-    pub fn grid(columns: usize, plots: impl IntoIterator<Item = impl Into<Plot>>) -> Vec<PlotRow> {
-        let plots: Vec<Plot> = plots.into_iter().map(Into::into).collect();
+    pub fn grid(columns: usize, plots: impl IntoIterator<Item = Chart>) -> Vec<PlotRow> {
+        let plots: Vec<Chart> = plots.into_iter().collect();
         let rows = plots.chunks(columns.max(1)).map(|plots| PlotRow {
-            plots: plots.to_vec(),
             columns: columns.max(1),
-            height: 1.0,
+            ..PlotRow::of(plots.to_vec())
         });
         rows.collect()
     }
@@ -105,7 +62,7 @@ impl FigureLayout {
     pub fn grid(
         title: impl Into<String>,
         columns: usize,
-        plots: impl IntoIterator<Item = impl Into<Plot>>,
+        plots: impl IntoIterator<Item = Chart>,
     ) -> FigureLayout {
         FigureLayout {
             title: title.into(),

@@ -5,9 +5,6 @@ use std::ops::Range;
 use ndarray::{Array2, ArrayView2};
 use serde::Serialize;
 
-use super::Units;
-use super::chart::{Level, Mark};
-
 /// What an axis counts; picks on a page are shared between axes that count the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -48,81 +45,6 @@ pub struct Curve {
     /// Empty for one that goes on with the one before.
     pub label: String,
     pub points: Vec<(f64, f64)>,
-}
-
-/// Values over two axes, each row from the lower end of the vertical axis on.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct HeatChart {
-    /// Above the frame; may be empty.
-    pub title: String,
-    /// What to look for, in one sentence on a page; may be empty.
-    pub caption: String,
-    pub x_label: String,
-    pub y_label: String,
-    /// What the colours mean, with its unit.
-    pub label: String,
-    pub x: Range<f64>,
-    pub y: Range<f64>,
-    /// Whether columns are evenly spaced in the logarithm of x.
-    pub log_x: bool,
-    pub values: Array2<f64>,
-    /// In their place, cells of many samples, with the part that is shown at first.
-    pub reduced: Option<Box<Map>>,
-    pub colors: Colors,
-    /// Least positive and largest magnitude, of maps that share their colours.
-    pub shared: Option<[f64; 2]>,
-    /// Uprights over the map.
-    pub marks: Vec<Mark>,
-    /// Dashed lines across it.
-    pub levels: Vec<Level>,
-    pub curves: Vec<Curve>,
-    /// What x and y count, for a page.
-    pub roles: Option<[Role; 2]>,
-    /// Label of a second reading of wavenumbers, and what they are multiplied by for it.
-    pub second: Option<(String, f64)>,
-    /// What values along y are multiplied by for the ends of their 95 % interval.
-    pub interval: Option<[f64; 2]>,
-    /// What the axes leave out; a page holds it.
-    pub not_shown: Option<String>,
-}
-
-impl HeatChart {
-    /// Values over two axes with the centres of their cells; the vertical one has no negative values.
-    pub(crate) fn over(
-        units: &Units,
-        roles: [Role; 2],
-        [x, y]: [&[f64]; 2],
-        values: Array2<f64>,
-    ) -> HeatChart {
-        let vertical = range(y);
-        HeatChart {
-            x_label: units.label(roles[0]),
-            y_label: units.label(roles[1]),
-            x: range(x),
-            y: vertical.start.max(0.0)..vertical.end,
-            values,
-            roles: Some(roles),
-            ..HeatChart::default()
-        }
-    }
-
-    /// A map of many samples a cell: colours about zero for signed ones, else logarithmic.
-    pub fn of(map: &Map) -> HeatChart {
-        let shown = map.shown();
-        HeatChart {
-            x_label: map.x.label.clone(),
-            y_label: map.y.label.clone(),
-            label: map.label.clone(),
-            x: shown.x.low..shown.x.high,
-            y: shown.y.low..shown.y.high,
-            colors: match map.reduction {
-                Reduction::Extreme { .. } => Colors::about_zero(magnitudes([shown].into_iter())[1]),
-                Reduction::Max { .. } => Colors::Powers,
-            },
-            reduced: Some(Box::new(map.clone())),
-            ..HeatChart::default()
-        }
-    }
 }
 
 impl Colors {
@@ -202,6 +124,14 @@ impl Default for Reduction {
 }
 
 impl Reduction {
+    /// What of its samples a cell shows.
+    pub(crate) fn shows(self) -> &'static str {
+        match self {
+            Reduction::Max { .. } => "largest value",
+            Reduction::Extreme { .. } => "value of largest magnitude",
+        }
+    }
+
     /// Rows and columns of samples in a cell.
     pub fn samples(self) -> (usize, usize) {
         let (Reduction::Max { rows, columns } | Reduction::Extreme { rows, columns }) = self;
@@ -230,22 +160,16 @@ where
     })
 }
 
-/// The ends of an axis whose cells have these centres.
-pub(crate) fn edges(centres: &[f64]) -> (f64, f64) {
-    match centres {
-        [] => (0.0, 1.0),
-        [only] => (only - 0.5, only + 0.5),
-        [first, second, ..] => {
-            let half = (second - first) / 2.0;
-            (first - half, centres[centres.len() - 1] + half)
-        }
-    }
-}
-
 /// The range of an axis whose cells have these centres.
 pub(crate) fn range(centres: &[f64]) -> Range<f64> {
-    let (low, high) = edges(centres);
-    low..high
+    match centres {
+        [] => 0.0..1.0,
+        [only] => only - 0.5..only + 0.5,
+        [first, second, ..] => {
+            let half = (second - first) / 2.0;
+            first - half..centres[centres.len() - 1] + half
+        }
+    }
 }
 
 /// A fold over each of so many blocks, row by row.

@@ -18,9 +18,9 @@ use crate::field::Note;
 
 pub(crate) use chart::{BLACK, BLUE, GREEN, PURPLE, SKY, VERMILLION};
 pub use chart::{Band, Chart, Level, Look, Mark, Marker, PALETTE, Series, Weight, around, extent};
-pub use figure::{FigureLayout, Plot, PlotRow};
-pub use map::{Colors, Curve, HeatChart, Map, MapAxis, Reduction, Role, magnitudes, ordinary};
-pub(crate) use map::{block_extremes, blocks_of, edges, range};
+pub use figure::{FigureLayout, PlotRow};
+pub use map::{Colors, Curve, Map, MapAxis, Reduction, Role, magnitudes, ordinary};
+pub(crate) use map::{block_extremes, blocks_of, range};
 pub(crate) use units::Units;
 pub use words::{confidence, error_size, listed, name_of, number, percent, with_half, with_range};
 pub(crate) use words::{six_digits, three_digits, with_unit};
@@ -87,7 +87,7 @@ pub struct Sheet<'a> {
 }
 
 /// A finding with its name.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Fact {
     pub name: String,
     pub text: String,
@@ -102,8 +102,7 @@ impl Fact {
         Fact {
             name: name.into(),
             text: text.into(),
-            is_detail: false,
-            profile: Vec::new(),
+            ..Fact::default()
         }
     }
 
@@ -117,7 +116,7 @@ impl Fact {
 }
 
 /// What the user should know, and what to do about it.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct Warning {
     /// Stable name, for programs; may be empty.
     #[serde(skip_serializing_if = "str::is_empty")]
@@ -133,10 +132,9 @@ pub struct Warning {
 impl Warning {
     pub fn new(message: impl Into<String>, advice: impl Into<String>) -> Warning {
         Warning {
-            code: "",
             message: message.into(),
             advice: advice.into(),
-            numbers: Value::Null,
+            ..Warning::default()
         }
     }
 
@@ -201,7 +199,7 @@ impl Table {
             title: title.into(),
             head: head.iter().map(|name| (*name).to_owned()).collect(),
             rows: rows.into_iter().collect(),
-            is_fact: false,
+            ..Table::default()
         }
     }
 
@@ -251,15 +249,12 @@ impl Table {
 
     /// Names with their values.
     pub fn of_values(title: &str, rows: impl IntoIterator<Item = (&'static str, String)>) -> Table {
-        Table {
-            title: title.into(),
-            head: Vec::new(),
-            rows: rows
-                .into_iter()
-                .map(|(name, value)| vec![name.to_owned(), value])
-                .collect(),
-            is_fact: false,
-        }
+        let rows = rows.into_iter();
+        Table::of(
+            title,
+            &[],
+            rows.map(|(name, value)| vec![name.to_owned(), value]),
+        )
     }
 }
 

@@ -6,7 +6,7 @@ use std::fs;
 use test_support::contains_all;
 use wavecascade::analyze::{Analysis, Reduction};
 use wavecascade::plot::plotters::prelude::*;
-use wavecascade::plot::{self, Canvas, Figure, Format, Style, px, sans};
+use wavecascade::plot::{self, Figure, Format, Style, own_chart, px, sans};
 
 const NAMES: [&str; 9] = [
     "along-t",
@@ -201,44 +201,49 @@ fn the_same_analysis_gives_the_same_bytes() {
     }
 }
 
-fn own_chart(format: Format) -> Vec<u8> {
-    let canvas = Canvas::new("Own <chart>", 400, 300, format).unwrap();
-    let area = canvas.area();
-    let mut chart = ChartBuilder::on(&area)
-        .caption("κ = 4.5", sans(20.0))
-        .x_label_area_size(px(50.0))
-        .y_label_area_size(px(60.0))
-        .build_cartesian_2d(0.0..1.0, 0.0..1.0)
-        .unwrap();
-    chart
-        .configure_mesh()
-        .label_style(sans(14.0))
-        .x_desc("time (s)")
-        .y_desc("share")
-        .draw()
-        .unwrap();
-    let curve = (0..50).map(|m| f64::from(m) / 50.0).map(|t| (t, t * t));
-    chart
-        .draw_series(LineSeries::new(curve, BLUE.stroke_width(px(2.4))))
-        .unwrap();
-    chart
-        .draw_series([Circle::new((0.5, 0.5), px(4.5), RED.mix(0.5).filled())])
-        .unwrap();
-    canvas.encode().unwrap()
+fn drawn_by_plotters(format: Format) -> Vec<u8> {
+    let drawn = own_chart("Own <chart>", (400, 300), format, |area| {
+        let mut chart = ChartBuilder::on(area)
+            .caption("κ = 4.5", sans(20.0))
+            .x_label_area_size(px(50.0))
+            .y_label_area_size(px(60.0))
+            .build_cartesian_2d(0.0..1.0, 0.0..1.0)?;
+        chart
+            .configure_mesh()
+            .label_style(sans(14.0))
+            .x_desc("time (s)")
+            .y_desc("share")
+            .draw()?;
+        let curve = (0..50).map(|m| f64::from(m) / 50.0).map(|t| (t, t * t));
+        chart.draw_series(LineSeries::new(curve, BLUE.stroke_width(px(2.4))))?;
+        chart.draw_series([Circle::new((0.5, 0.5), px(4.5), RED.mix(0.5).filled())])?;
+        Ok(())
+    });
+    drawn.unwrap()
 }
 
 #[test]
 fn own_charts_are_drawn_between_the_pixels() {
-    let svg = String::from_utf8(own_chart(Format::Svg)).unwrap();
+    let svg = String::from_utf8(drawn_by_plotters(Format::Svg)).unwrap();
     let text = well_formed(&svg);
     for label in ["Own &lt;chart&gt;", "κ = 4.5", "time (s)", "share", "0.5"] {
         assert!(text.contains(label), "{label} is missing from {text}");
     }
-    contains_all(&svg, &["stroke-width=\"2.4\"", "r=\"4.5\""]);
-    assert!(svg.contains("fill-opacity=\"0.500\""));
-    let curve = svg
-        .split("points=\"")
-        .find(|s| s.matches(',').count() == 50);
+    contains_all(
+        &svg,
+        &["stroke-width=\"24\"", "r=\"45\"", "opacity=\"0.5\""],
+    );
+    let (first, _) = svg.split_once('\n').unwrap();
+    contains_all(
+        first,
+        &["width=\"105.83mm\"", "viewBox=\"0 0 4000.0 3000.0\""],
+    );
+    assert!(!svg.contains("stroke-width=\"1\""), "thinner than a pixel");
+    let curve = svg.split("points=\"").find(|s| {
+        s.split('"')
+            .next()
+            .is_some_and(|list| list.matches(',').count() == 50)
+    });
     let places: BTreeSet<char> = curve
         .expect("the curve is one line")
         .split(['"', ' ', ','])
@@ -247,7 +252,7 @@ fn own_charts_are_drawn_between_the_pixels() {
         .collect();
     assert!(places.len() > 5, "snapped to pixels: {places:?}");
 
-    let (width, height, pixels) = decode(&own_chart(Format::Png));
+    let (width, height, pixels) = decode(&drawn_by_plotters(Format::Png));
     assert_eq!((width, height), (600, 450));
     let colours: BTreeSet<&[u8]> = pixels.chunks(3).collect();
     assert!(colours.len() > 100, "no smooth edges");
@@ -255,12 +260,11 @@ fn own_charts_are_drawn_between_the_pixels() {
 
 #[test]
 fn texts_are_measured_in_the_font_that_draws_them() {
-    let canvas = Canvas::new("measure", 100, 100, Format::Svg).unwrap();
-    let size = |text: &str| {
-        let style = TextStyle::from(sans(100.0));
-        canvas.area().estimate_text_size(text, &style).unwrap()
-    };
-    // DejaVu Sans: a digit is 1303 of 2048 units wide.
-    assert_eq!(size("0").0, px(100.0 * 1303.0 / 2048.0));
-    assert_eq!(size("0000").0, px(400.0 * 1303.0 / 2048.0));
+    let size = |text: &str| f64::from(sans(100.0).box_size(text).unwrap().0);
+    // DejaVu Sans: a digit is 1303 of 2048 units wide. `plotters` leaves some more room.
+    let digit = f64::from(px(100.0 * 1303.0 / 2048.0));
+    for (text, count) in [("0", 1.0), ("0000", 4.0)] {
+        let over = size(text) / (count * digit);
+        assert!((1.0..1.1).contains(&over), "{over}");
+    }
 }

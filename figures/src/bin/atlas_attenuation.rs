@@ -21,7 +21,7 @@ use wavecascade::attenuation::{AttenuationRequest, ContactKind, Named, Sense};
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::localized::{Family, LeakScan};
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Chart, Colors, FigureLayout, HeatChart, Mark, PlotRow, Series};
+use wavecascade::plot::{Chart, Colors, FigureLayout, Mark, PlotRow, Series};
 
 use figures::{Outcome, save_figure, style, write};
 
@@ -87,7 +87,7 @@ fn main() -> Outcome<()> {
             label: format!("{}", wave.order),
         });
     let marks: Vec<Mark> = marks.collect();
-    let map = HeatChart {
+    let map = Chart {
         title: "force in soft contacts / that of the homogeneous chain; numbers: localized orders"
             .into(),
         x_label: "stiffness ratio".into(),
@@ -99,7 +99,7 @@ fn main() -> Outcome<()> {
         colors: Colors::Between(0.3..1.05),
         values,
         marks: marks.clone(),
-        ..HeatChart::default()
+        ..Chart::default()
     };
     // Where waves behind overtake the pulse at once, its loss cannot be told.
     let told = leaks.iter().filter(|leak| leak.per_cell > 0.0);

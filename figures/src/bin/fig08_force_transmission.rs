@@ -25,7 +25,7 @@ use wavecascade::attenuation::{
 };
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Chart, Colors, FigureLayout, HeatChart, Look, Mark, PlotRow, Series};
+use wavecascade::plot::{Chart, Colors, FigureLayout, Look, Mark, PlotRow, Series};
 
 use figures::{Outcome, experiment, experiment_scene, save_figure, style, write};
 
@@ -74,7 +74,7 @@ fn main() -> Outcome<()> {
     table(&curves)?;
     let chart = transmitted(&curves);
     let maps = [90, 18, 8].into_iter().map(map);
-    let maps: Vec<HeatChart> = maps.collect::<Outcome<_>>()?;
+    let maps: Vec<Chart> = maps.collect::<Outcome<_>>()?;
     let sheet = FigureLayout {
         rows: vec![PlotRow::of([chart]), PlotRow::of(maps)],
         ..FigureLayout::default()
@@ -222,14 +222,14 @@ fn transmitted(curves: &[(&str, TransmissionCurve)]) -> Chart {
 }
 
 /// Velocity over site and time at an angle.
-fn map(angle: i32) -> Outcome<HeatChart> {
+fn map(angle: i32) -> Outcome<Chart> {
     let text = format!("{angle} deg");
     let setup = experiment(&[("angle", &text), ("samples", "97"), ("end_time", "1.2 ms")])?;
     let speed = setup.simulation.velocity[0];
     let run = setup.simulation.run(&Silent)?;
     let velocity: Array2<f64> = run.velocity.mapv(|v| v / speed);
     let largest = 0.8;
-    Ok(HeatChart {
+    Ok(Chart {
         title: format!("{angle}°"),
         x_label: "cylinder".into(),
         y_label: "time (ms)".into(),
@@ -238,6 +238,6 @@ fn map(angle: i32) -> Outcome<HeatChart> {
         y: 0.0..1.2,
         values: velocity,
         colors: Colors::Between(-largest..largest),
-        ..HeatChart::default()
+        ..Chart::default()
     })
 }

@@ -31,7 +31,7 @@ use wavecascade::analyze::{Map, Request, Results};
 use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{BudgetRequest, Motion, Views, budget};
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Colors, Curve, FigureLayout, HeatChart, Style, ordinary};
+use wavecascade::plot::{Chart, Colors, Curve, FigureLayout, Style, ordinary};
 
 use figures::{Outcome, cells, expect, experiment, map, save_maps};
 
@@ -110,7 +110,7 @@ fn main() -> Outcome<()> {
         let limit = |maps: [&Map; 2]| ordinary(maps.into_iter());
         // The enlarged part has the colours of the whole.
         let most = limit(if row == 2 { spectra } else { pair });
-        HeatChart {
+        Chart {
             title: format!("({}) {title}", char::from(b'a' + index as u8)),
             colors: match row {
                 0 => Colors::about_zero(most),
@@ -121,7 +121,7 @@ fn main() -> Outcome<()> {
                 label: String::new(),
                 points: column.lines[row].clone(),
             }],
-            ..HeatChart::of(map)
+            ..Chart::of_map(map)
         }
     });
     let note = concat!(

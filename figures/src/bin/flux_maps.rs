@@ -19,7 +19,7 @@ use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{Budget, BudgetRequest, Integration, Motion, budget};
 use wavecascade::chain::{Chain, Simulation};
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Colors, FigureLayout, HeatChart, Style, magnitudes, ordinary};
+use wavecascade::plot::{Chart, Colors, FigureLayout, Style, magnitudes, ordinary};
 
 use figures::{Outcome, cells, expect, map, save_maps};
 
@@ -77,7 +77,7 @@ fn main() -> Outcome<()> {
         let pair = [maps[row].1, maps[row + 4].1];
         let (title, map) = &maps[row + 4 * column];
         let limit = magnitudes(pair.into_iter())[1];
-        HeatChart {
+        Chart {
             title: title.clone(),
             colors: match row {
                 2 => Colors::about_zero(ordinary(pair.into_iter())),
@@ -86,7 +86,7 @@ fn main() -> Outcome<()> {
                     decades: if row == 0 { 3.0 } else { 2.0 },
                 },
             },
-            ..HeatChart::of(map)
+            ..Chart::of_map(map)
         }
     });
     let note = concat!(

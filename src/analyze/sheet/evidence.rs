@@ -139,7 +139,7 @@ impl Curves<'_> {
         Chart {
             caption: self.captions[n].into(),
             y: around(values.map(|point| point.1)),
-            role: Some(*role),
+            roles: [Some(*role), None],
             ..chart
         }
     }

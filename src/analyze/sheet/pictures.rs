@@ -10,8 +10,8 @@ use crate::analyze::{Analysis, DispersionCurve, Extent, Map, MapAxis, Moments, R
 use crate::analyze::{ShortTimeSpectra, ShortTimeSpectrum};
 use crate::moved::{Answer, Movement};
 use crate::sheet::{
-    BLUE, Chart, FigureLayout, GREEN, HeatChart, Level, Mark, PURPLE, PlotRow, Series, VERMILLION,
-    around, block_extremes, edges, magnitudes, six_digits,
+    BLUE, Chart, FigureLayout, GREEN, Level, Mark, PURPLE, PlotRow, Series, VERMILLION, around,
+    block_extremes, magnitudes, range, six_digits,
 };
 
 /// Largest short-time map, bins by frames.
@@ -164,9 +164,9 @@ impl Kind {
         let standing = is_spacetime.then(|| Mark::new(0.0, ""));
         let marks = past(x).map(|at| Mark::new(at, "verdict"));
         let interval = analysis.interval.filter(|_| self.name == TEMPORAL);
-        let chart = HeatChart {
+        let chart = Chart {
             caption: self.shows.into(),
-            roles: Some(self.sides.map(Side::role)),
+            roles: self.sides.map(|side| Some(side.role())),
             second: sides::wavenumber_reading(&analysis.axes),
             marks: marks.into_iter().chain(standing).collect(),
             levels: levels
@@ -179,7 +179,7 @@ impl Kind {
             },
             interval: interval.and_then(|interval| interval.factors),
             not_shown: sides::not_shown(analysis, &self.sides, true),
-            ..HeatChart::of(map)
+            ..Chart::of_map(map)
         };
         let interval = interval.map(|of| match (of.degrees_of_freedom, of.factors) {
             (Some(degrees), Some([low, high])) => format!(
@@ -248,7 +248,7 @@ fn along(chart: Chart, analysis: &Analysis, side: Side) -> Chart {
     Chart {
         x_label: side.label(&analysis.axes),
         x: extent.low..extent.high,
-        role: Some(side.role()),
+        roles: [Some(side.role()), None],
         not_shown: sides::not_shown(analysis, &[side], true),
         ..chart
     }
@@ -315,7 +315,8 @@ impl Content<'_> {
         Chart {
             caption: self.caption.into(),
             y,
-            second_y: self.sides[1].second_reading(axes),
+            roles: self.sides.map(|side| Some(side.role())),
+            second: sides::wavenumber_reading(axes),
             ..along(chart, self.analysis, self.sides[0])
         }
     }
@@ -376,18 +377,15 @@ impl Short<'_> {
             self.shows, spectra.segment, self.count, spectra.hop, spectra.window.name
         );
         let axes = &self.analysis.axes;
-        let charts = maps
-            .iter()
-            .zip(&spectra.spectra)
-            .map(|(map, one)| HeatChart {
-                title: format!("{} = {}", self.at.label(axes), six_digits(one.at)),
-                caption: caption.clone(),
-                roles: Some(self.sides.map(Side::role)),
-                second: sides::wavenumber_reading(axes),
-                shared: Some(shared),
-                not_shown: sides::not_shown(self.analysis, &self.sides, false),
-                ..HeatChart::of(map)
-            });
+        let charts = maps.iter().zip(&spectra.spectra).map(|(map, one)| Chart {
+            title: format!("{} = {}", self.at.label(axes), six_digits(one.at)),
+            caption: caption.clone(),
+            roles: self.sides.map(|side| Some(side.role())),
+            second: sides::wavenumber_reading(axes),
+            shared: Some(shared),
+            not_shown: sides::not_shown(self.analysis, &self.sides, false),
+            ..Chart::of_map(map)
+        });
         let mut grid = FigureLayout::grid(self.title, columns, charts);
         grid.rows.iter_mut().for_each(|row| row.height = 1.4);
         Some(FigureLayout {
@@ -413,11 +411,11 @@ impl Short<'_> {
     fn part(&self, one: &ShortTimeSpectrum, [frames, bins]: [Range<usize>; 2]) -> Map {
         let values = one.values.slice(s![bins.clone(), frames.clone()]);
         let axis = |side: Side, centres: &[f64]| {
-            let (low, high) = edges(centres);
+            let ends = range(centres);
             MapAxis {
                 label: side.label(&self.analysis.axes),
-                low,
-                high,
+                low: ends.start,
+                high: ends.end,
             }
         };
         let cells = SHORT_LIMIT;

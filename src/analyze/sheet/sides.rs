@@ -45,14 +45,6 @@ impl Side {
         }
     }
 
-    /// That of wavenumbers.
-    pub fn second_reading(self, axes: &Axes) -> Option<(String, f64)> {
-        match self {
-            Side::Wavenumber | Side::SignedWavenumber => wavenumber_reading(axes),
-            _ => None,
-        }
-    }
-
     pub fn role(self) -> Role {
         match self {
             Side::Time => Role::Time,

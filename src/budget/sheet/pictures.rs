@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use crate::budget::{Budget, Closure, FrequencyFlow, Residual, WavenumberBudget};
 use crate::sheet::{
-    BLACK, BLUE, Chart, Colors, FigureLayout, GREEN, HeatChart, Level, Look, Map, Mark, PURPLE,
-    Plot, PlotRow, Reduction, Role, SKY, Series, VERMILLION, around, magnitudes, ordinary,
+    BLACK, BLUE, Chart, Colors, FigureLayout, GREEN, Level, Look, Map, Mark, PURPLE, PlotRow,
+    Reduction, Role, SKY, Series, VERMILLION, around, extent, magnitudes, ordinary,
 };
 
 /// Budgets with their names.
@@ -137,16 +137,16 @@ fn maps(budgets: &[Named], kind: &Kind) -> Option<FigureLayout> {
         };
         let marks = edge(Role::Wavenumber, wavenumber).map(|edge| Mark::new(edge, "band edge"));
         let levels = edge(Role::Frequency, frequency).map(|edge| Level::new(edge, "band edge"));
-        HeatChart {
+        Chart {
             title: if is_alone { "" } else { *name }.into(),
             caption: kind.shows.into(),
             colors: colors.clone(),
             shared: (!is_alone).then(|| magnitudes(maps())),
-            roles: Some(kind.roles),
+            roles: kind.roles.map(Some),
             second: Some(("k a / π".to_owned(), budget.pitch / PI)),
             marks: marks.into_iter().collect(),
             levels: levels.into_iter().collect(),
-            ..HeatChart::of(map)
+            ..Chart::of_map(map)
         }
     });
     let scales = found[0].1.scales.as_ref();
@@ -193,11 +193,12 @@ fn chart(
         Some(Series::line(label, *colour, of(budget)?).with(look))
     });
     let chart = Chart::of("", x_label, y_label, series.collect());
-    let points = chart.series.iter().flat_map(|series| &series.points);
+    let points = || chart.series.iter().flat_map(|series| &series.points);
     Chart {
         caption: caption.into(),
-        y: around(points.map(|point| point.1)),
-        role: Some(role),
+        x: extent(points().map(|point| point.0)),
+        y: around(points().map(|point| point.1)),
+        roles: [Some(role), None],
         ..chart
     }
 }
@@ -331,12 +332,12 @@ fn views(budgets: &[Named]) -> Option<FigureLayout> {
     let along_x = chart(budgets, caption, x, y.into(), &passed);
     let charts = [(along_k, "to higher wavenumber"), (along_x, "along x")];
     let rows = charts.map(|(chart, title)| {
-        PlotRow::of([Plot::from(Chart {
+        PlotRow::of([Chart {
             title: title.into(),
             x: 0.0..chart.x.end,
             levels: vec![Level::zero()],
             ..chart
-        })])
+        }])
     });
     let note = "over k, second half: when the impact is taken up; over l: where the filter fits into the chain";
     let title = "Where the energy went";

@@ -5,8 +5,8 @@ use serde_json::json;
 
 use super::{Triads, largest};
 use crate::sheet::{
-    BLUE, Chart, Colors, Describe, GREEN, HeatChart, Look, Mark, PURPLE, PlotRow, Role, SKY,
-    Series, Sheet, VERMILLION, number, percent,
+    BLUE, Chart, Colors, Describe, GREEN, Look, Mark, PURPLE, PlotRow, Role, SKY, Series, Sheet,
+    VERMILLION, number, percent,
 };
 
 const DEFINITIONS: &str = "\
@@ -176,7 +176,7 @@ impl Triads {
     }
 
     /// Energy that each wavenumber gained with each larger partner.
-    fn map(&self) -> HeatChart {
+    fn map(&self) -> Chart {
         let n = self.shown();
         let values = Array2::from_shape_fn((n, n), |(p, k)| match 2 * p < k {
             true => f64::NAN,
@@ -187,7 +187,7 @@ impl Triads {
         let step = self.wavenumber[1];
         let ends = -0.5 * step..(n as f64 - 0.5) * step;
         let label = self.units.wavenumber();
-        HeatChart {
+        Chart {
             title: "what each pair brings".into(),
             caption: "Which wavenumbers gain energy, and from which partners.".into(),
             y_label: label.replacen("wavenumber k", "larger partner p", 1),
@@ -197,8 +197,8 @@ impl Triads {
             y: ends,
             values,
             colors: Colors::Between(-most..most),
-            roles: Some([Role::Wavenumber; 2]),
-            ..HeatChart::default()
+            roles: [Role::Wavenumber; 2].map(Some),
+            ..Chart::default()
         }
     }
 

@@ -4,8 +4,8 @@ use serde_json::json;
 
 use super::{Coherence, Delay, PhaseSpeed};
 use crate::sheet::{
-    BLUE, Chart, Colors, Column, Describe, HeatChart, Look, Mark, PlotRow, Role, Series, Sheet,
-    Units, confidence, percent, with_half,
+    BLUE, Chart, Colors, Column, Describe, Look, Mark, PlotRow, Role, Series, Sheet, Units,
+    confidence, percent, with_half,
 };
 use crate::unit::label;
 
@@ -152,17 +152,17 @@ impl Coherence {
         sheet.columns("speed_frequency", &self.speeds, &speeds);
     }
 
-    fn map(&self) -> HeatChart {
+    fn map(&self) -> Chart {
         let positions = self.positions();
         let roles = [Role::Position, Role::Frequency];
         let axes = [&positions[..], &self.frequency];
-        HeatChart {
+        Chart {
             title: "coherence γ²(f, x)".into(),
             caption: "How much of each site's power follows the reference, by frequency.".into(),
             label: "coherence γ²".into(),
             colors: Colors::Between(0.0..1.0),
             marks: vec![Mark::new(positions[self.reference], "reference")],
-            ..HeatChart::over(&self.words(), roles, axes, self.coherence.clone())
+            ..Chart::over(&self.words(), roles, axes, self.coherence.clone())
         }
     }
 

@@ -4,7 +4,7 @@ use ndarray::Array2;
 use serde_json::json;
 
 use super::Bicoherence;
-use crate::sheet::{Colors, Describe, HeatChart, PlotRow, Role, Sheet, Units, number, percent};
+use crate::sheet::{Chart, Colors, Describe, PlotRow, Role, Sheet, Units, number, percent};
 use crate::unit::label;
 
 const DEFINITIONS: &str = "\
@@ -171,12 +171,12 @@ impl Bicoherence {
     }
 
     /// Over the two frequencies that are added.
-    fn map_over_pairs(&self) -> HeatChart {
+    fn map_over_pairs(&self) -> Chart {
         let bins = &self.map.bins;
         let last = bins.iter().map(|bins| bins[0]).max().unwrap_or(1);
         let cells = bins.iter().zip(&self.map.bicoherence);
         let cells = cells.map(|([first, second, _], b)| ([*first, *second], *b));
-        HeatChart {
+        Chart {
             title: "bicoherence b²(f₁, f₂)".into(),
             caption: "Which frequencies are coupled with their sum.".into(),
             x_label: self.frequency_label("f₁"),
@@ -188,19 +188,19 @@ impl Bicoherence {
     }
 
     /// The largest at each output frequency along x; `None` for fewer than two sites.
-    fn map_along(&self) -> Option<HeatChart> {
+    fn map_along(&self) -> Option<Chart> {
         let (along, positions) = (&self.along, self.positions());
         let levels = along.largest_level.iter().copied();
         let level = levels.filter(|level| level.is_finite()).reduce(f64::max);
         let roles = [Role::Position, Role::Frequency];
         let axes = [&positions[..], &self.frequency];
-        (positions.len() > 1).then(|| HeatChart {
+        (positions.len() > 1).then(|| Chart {
             title: "along x".into(),
             caption: "The largest bicoherence of all pairs with the sum f₃, at each site.".into(),
             y_label: self.frequency_label("f₃ = f₁ + f₂"),
             label: "largest b² over f₁".into(),
             colors: shown(&along.largest, level),
-            ..HeatChart::over(&self.words(), roles, axes, along.largest.clone())
+            ..Chart::over(&self.words(), roles, axes, along.largest.clone())
         })
     }
 }
@@ -210,7 +210,7 @@ pub(super) fn over_pairs(
     cells: impl Iterator<Item = ([isize; 2], f64)> + Clone,
     last: isize,
     df: f64,
-) -> HeatChart {
+) -> Chart {
     let seconds = || cells.clone().map(|([_, second], _)| second);
     let (lowest, highest) = (seconds().min().unwrap_or(-1), seconds().max().unwrap_or(1));
     let shape = ((highest - lowest + 1) as usize, last as usize);
@@ -218,12 +218,12 @@ pub(super) fn over_pairs(
     for ([bin, second], value) in cells {
         values[[(second - lowest) as usize, bin as usize - 1]] = value;
     }
-    HeatChart {
+    Chart {
         x: 0.5 * df..(last as f64 + 0.5) * df,
         y: (lowest as f64 - 0.5) * df..(highest as f64 + 0.5) * df,
         values,
-        roles: Some([Role::Frequency; 2]),
-        ..HeatChart::default()
+        roles: [Role::Frequency; 2].map(Some),
+        ..Chart::default()
     }
 }
 

@@ -5,8 +5,8 @@ use serde_json::json;
 use super::sheet::over_pairs;
 use super::{OutputTransfer, PairTransfer, Transfer};
 use crate::sheet::{
-    BLUE, Chart, Colors, Column, Describe, GREEN, HeatChart, Look, PlotRow, Role, Series, Sheet,
-    Table, Units, VERMILLION, number, percent,
+    BLUE, Chart, Colors, Column, Describe, GREEN, Look, PlotRow, Role, Series, Sheet, Table, Units,
+    VERMILLION, number, percent,
 };
 use crate::unit::label;
 
@@ -189,7 +189,7 @@ impl Transfer {
     }
 
     /// What each pair brings to its sum or difference, over output and second frequency.
-    fn map(&self) -> HeatChart {
+    fn map(&self) -> Chart {
         let df = self.outputs[0].frequency;
         let bin = |f: f64| (f / df).round() as isize;
         let each = df / self.input();
@@ -199,7 +199,7 @@ impl Transfer {
         let sizes = map.values.iter().map(|v| v.abs());
         let largest = sizes.fold(f64::MIN_POSITIVE, f64::max);
         let unit = self.words().frequency;
-        HeatChart {
+        Chart {
             title: "what each pair brings".into(),
             caption: "Which pairs of frequencies feed a third, and which take from it.".into(),
             x_label: label("output frequency f = f₁ + f₂", &unit),

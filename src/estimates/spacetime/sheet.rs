@@ -5,8 +5,8 @@ use serde_json::json;
 use super::SpaceTimeEstimate;
 use crate::estimates::realisations::without_mean;
 use crate::sheet::{
-    BLUE, Chart, Describe, HeatChart, PlotRow, Role, Series, Sheet, Units, confidence, number,
-    percent, six_digits,
+    BLUE, Chart, Describe, PlotRow, Role, Series, Sheet, Units, confidence, number, percent,
+    six_digits,
 };
 
 const DEFINITIONS: &str = "\
@@ -110,16 +110,16 @@ impl SpaceTimeEstimate {
         self.words().density_label(&bins)
     }
 
-    fn map(&self) -> HeatChart {
+    fn map(&self) -> Chart {
         let roles = [Role::Wavenumber, Role::Frequency];
         let axes = [&self.wavenumber[..], &self.frequency];
         let values = without_mean(&self.spectrum, self.mean_is_removed);
-        HeatChart {
+        Chart {
             title: "space-time spectrum S(k, f)".into(),
             caption: "Power by wavenumber and frequency; positive wavenumbers travel towards +x."
                 .into(),
             label: self.density_label(),
-            ..HeatChart::over(&self.words(), roles, axes, values)
+            ..Chart::over(&self.words(), roles, axes, values)
         }
     }
 

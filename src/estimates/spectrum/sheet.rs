@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 use super::{LineTest, NoiseFloor, SiteNoise, SpectrumEstimate};
 use crate::estimates::realisations::without_mean;
 use crate::sheet::{
-    BLACK, BLUE, Chart, Column, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series,
-    Sheet, Units, Weight, confidence, number, percent, six_digits, with_half,
+    BLACK, BLUE, Chart, Column, Describe, Level, Look, Mark, PlotRow, Role, Series, Sheet, Units,
+    Weight, confidence, number, percent, six_digits, with_half,
 };
 
 const DEFINITIONS: &str = "\
@@ -225,17 +225,17 @@ impl SpectrumEstimate {
     }
 
     /// Of all sites, or at all times.
-    fn map(&self) -> HeatChart {
+    fn map(&self) -> Chart {
         let (coordinates, words) = (self.coordinates(), self.words());
         let roles = self.roles();
         let values = without_mean(&self.spectrum, self.mean_is_removed);
         let axes = [&coordinates[..], &self.bins];
-        HeatChart {
+        Chart {
             title: self.along.of(["spectra S(f, x)", "spectra S(k, t)"]).into(),
             caption: format!("The power at all {}.", self.columns_word()),
             label: words.density_label(&roles[1..]),
             marks: vec![Mark::new(coordinates[self.loudest()], "below")],
-            ..HeatChart::over(&words, roles, axes, values)
+            ..Chart::over(&words, roles, axes, values)
         }
     }
 

@@ -21,30 +21,6 @@ const MARK: &str = "# cascade.field/1, of the array beside it";
 /// Sites of the widest table: its rows are no longer than what is read of one.
 const WIDEST_TABLE: usize = 500_000;
 
-const NEW_ARCHIVE: NewFile = NewFile {
-    word: "field of this program",
-    // Of a path with one of the others the format is another.
-    extensions: &FieldFile::EXTENSIONS,
-    is_one: is_field_file,
-};
-
-const NEW_NETCDF: NewFile = NewFile {
-    word: "field of this program",
-    extensions: &["nc"],
-    is_one: |path| Ok(own_netcdf(path)?.is_some_and(|(schema, _)| schema == FIELD_SCHEMA)),
-};
-
-const NEW_ARRAY: NewFile = NewFile {
-    word: "field of this program",
-    extensions: &["npy"],
-    is_one: |path| is_own_sidecar(&sidecar_of(path)),
-};
-
-const NEW_TABLE: NewFile = NewFile {
-    extensions: &["csv"],
-    ..NEW_ARRAY
-};
-
 const NEW_SIDECAR: NewFile = NewFile {
     word: "sidecar of this program",
     extensions: &["toml"],
@@ -85,12 +61,21 @@ impl Format {
         }
     }
 
-    fn new_file(self) -> &'static NewFile {
-        match self {
-            Format::Archive => &NEW_ARCHIVE,
-            Format::NetCdf => &NEW_NETCDF,
-            Format::Array => &NEW_ARRAY,
-            Format::Table => &NEW_TABLE,
+    fn new_file(self) -> NewFile {
+        let has_own_sidecar = |path: &Path| is_own_sidecar(&sidecar_of(path));
+        let (extensions, is_one): (&[&str], fn(&Path) -> Result<bool>) = match self {
+            // Of a path with one of the others the format is another.
+            Format::Archive => (&FieldFile::EXTENSIONS, is_field_file),
+            Format::NetCdf => (&["nc"], |path| {
+                Ok(own_netcdf(path)?.is_some_and(|(schema, _)| schema == FIELD_SCHEMA))
+            }),
+            Format::Array => (&["npy"], has_own_sidecar),
+            Format::Table => (&["csv"], has_own_sidecar),
+        };
+        NewFile {
+            word: "field of this program",
+            extensions,
+            is_one,
         }
     }
 

@@ -9,7 +9,7 @@ use super::super::archive::npy_header;
 use super::super::netcdf::{KEPT_FOR_A_FIELD, NetCdf};
 use super::super::samples::{Order, bytes_of, in_bytes};
 use super::super::{Archive, ArrayFile, ArrayLabels, Attribute};
-use super::blocks::{each_block, each_profile};
+use super::blocks::each_block;
 use super::{FIELD_SCHEMA, MARK};
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
@@ -65,7 +65,7 @@ fn samples(file: &dyn ArrayFile, field: &Field, observer: &dyn Observer) -> Resu
     };
     file.describe(labels.name, vec![("_FillValue", gap)]);
     let Some(place) = place else { return Ok(()) };
-    each_block(field, observer, |t, s, values| {
+    each_block(field, false, observer, |t, s, values| {
         put_profiles(sites, (t, s), values, |first, values| {
             file.write_samples(place, first, values)
         })
@@ -137,7 +137,7 @@ pub(super) fn array(working: &Path, field: &Field, observer: &dyn Observer) -> R
     let write =
         |at, bytes: &[u8]| write_at(&file, bytes, at).map_err(Error::write("write to", working));
     write(0, &header)?;
-    each_block(field, observer, |t, s, values| {
+    each_block(field, false, observer, |t, s, values| {
         put_profiles(sites, (t, s), values, |first, values| {
             let at = start + first as u64 * item;
             in_bytes(values, precision, Order::Little, |from, bytes| {
@@ -161,7 +161,7 @@ pub(super) fn table(working: &Path, field: &Field, observer: &dyn Observer) -> R
         write!(out, ",{:?}", field.space.at(j)).map_err(failed())?;
     }
     writeln!(out).map_err(failed())?;
-    each_profile(field, observer, |times, values| {
+    each_block(field, true, observer, |times, _, values| {
         for (n, profile) in times.zip(values.chunks_exact(field.n_sites())) {
             write!(out, "{:?}", field.time.at(n)).map_err(failed())?;
             for value in profile {

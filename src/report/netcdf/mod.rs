@@ -240,7 +240,7 @@ mod tests {
 
     /// Little space for the header, so that the samples move, and enough, so that they stay.
     #[test]
-    fn regress_blocks_in_any_order_are_read_back_bit_for_bit() {
+    fn regress_blocks_in_any_order_are_read_back_bit_for_bit() -> Result<()> {
         let folder = tempfile::tempdir().unwrap();
         let (rows, columns) = (37, 11);
         let whole = Array2::from_shape_fn((rows, columns), |(i, j)| match (i, j) {
@@ -251,28 +251,23 @@ mod tests {
         let expected: Vec<u64> = whole.iter().map(|v| v.to_bits()).collect();
         for kept in [4, 1 << 12] {
             let path = folder.path().join(format!("{kept}.nc"));
-            let file = NetCdf::create_keeping(&path, Precision::F64, kept).unwrap();
-            file.reserve(LargeArray::TEMPORAL_SPECTRUM, (rows, columns))
-                .unwrap();
-            file.reserve(LargeArray::SPATIAL_SPECTRUM, (rows, columns))
-                .unwrap();
+            let file = NetCdf::create_keeping(&path, Precision::F64, kept)?;
+            file.reserve(LargeArray::TEMPORAL_SPECTRUM, (rows, columns))?;
+            file.reserve(LargeArray::SPATIAL_SPECTRUM, (rows, columns))?;
             let axis = [1.0, 2.0, f64::NAN];
-            file.append(&ArrayLabels::of("\u{f8}rsted", &[("\u{3b1}", 3)]), &axis)
-                .unwrap();
+            file.append(&ArrayLabels::of("\u{f8}rsted", &[("\u{3b1}", 3)]), &axis)?;
             for part in [8..11, 0..8] {
                 let block = whole.slice(s![.., part.clone()]);
-                file.put(LargeArray::TEMPORAL_SPECTRUM, 0, part.start, block)
-                    .unwrap();
+                file.put(LargeArray::TEMPORAL_SPECTRUM, 0, part.start, block)?;
             }
-            let block = whole.slice(s![20.., ..]);
-            file.put(LargeArray::SPATIAL_SPECTRUM, 20, 0, block)
-                .unwrap();
-            let block = whole.slice(s![..20, ..]);
-            file.put(LargeArray::SPATIAL_SPECTRUM, 0, 0, block).unwrap();
+            for part in [20..37, 0..20] {
+                let block = whole.slice(s![part.clone(), ..]);
+                file.put(LargeArray::SPATIAL_SPECTRUM, part.start, 0, block)?;
+            }
             file.attribute("text", Attribute::Text("\u{3a3} S(k, f)".into()));
             let unit = vec![("units", Attribute::Text("(m/s)\u{b2}/Hz".into()))];
             file.describe("spatial_spectrum", unit);
-            file.finish().unwrap();
+            file.finish()?;
 
             let found = read(&path);
             assert_eq!(bits(&found, "temporal_spectrum"), expected, "{kept}");
@@ -285,26 +280,23 @@ mod tests {
             let names: Vec<_> = spatial.dimensions.iter().map(|d| d.name.clone()).collect();
             assert_eq!(names, [Some("time".into()), Some("wavenumber".into())]);
         }
+        Ok(())
     }
 
     #[test]
-    fn one_name_is_one_length_and_one_array() {
+    fn one_name_is_one_length_and_one_array() -> Result<()> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.nc");
-        let file = NetCdf::create(&path, Precision::F32).unwrap();
-        file.append(&ArrayLabels::of("a", &[("x", 2)]), &[0.1, 0.2])
-            .unwrap();
-        file.append(&ArrayLabels::of("b", &[("x", 3)]), &[1.0, 2.0, 3.0])
-            .unwrap();
-        file.append(&ArrayLabels::of("c", &[("x", 3)]), &[1.0, 2.0, 3.0])
-            .unwrap();
-        file.append(&ArrayLabels::of("none", &[("y", 0)]), &[])
-            .unwrap();
-        assert!(matches!(
-            file.append(&ArrayLabels::of("a", &[("x", 2)]), &[1.0, 2.0]),
-            Err(Error::Write { .. })
-        ));
-        file.finish().unwrap();
+        let file = NetCdf::create(&path, Precision::F32)?;
+        let values = [0.1, 2.0, 3.0];
+        let append =
+            |name, axis, len| file.append(&ArrayLabels::of(name, &[(axis, len)]), &values[..len]);
+        append("a", "x", 2)?;
+        append("b", "x", 3)?;
+        append("c", "x", 3)?;
+        append("none", "y", 0)?;
+        assert!(matches!(append("a", "x", 2), Err(Error::Write { .. })));
+        file.finish()?;
         let found = read(&path);
         let names: Vec<_> = found.variables.iter().map(|v| &v.path[..]).collect();
         assert_eq!(names, ["a", "b", "c"]);
@@ -314,5 +306,6 @@ mod tests {
             ["x", "x_2", "x_2"]
         );
         assert_eq!(bits(&found, "a")[0], f64::from(0.1f32).to_bits());
+        Ok(())
     }
 }

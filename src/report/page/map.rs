@@ -1,198 +1,122 @@
 //! A heat map for the page's script.
 
-use ndarray::ArrayView2;
-use serde::Serialize;
+use serde_json::{Value, json};
 
-use super::{doubles, singles};
-use crate::sheet::{Colors, Curve, HeatChart, Map, Reduction, Role};
+use super::{Picture, doubles, singles};
+use crate::sheet::{Chart, Colors, Curve, Map, Reduction, Role};
 
-#[derive(Debug, Clone, Serialize)]
-pub(super) struct AxisData {
-    pub label: String,
-    low: f64,
-    high: f64,
-    role: Role,
-    /// A second reading: its label, and what values are multiplied by.
-    second: Option<(String, f64)>,
-    /// Values marked across the picture.
-    marks: Vec<f64>,
-}
-
-/// A line over a map, with breaks where its values are NaN.
-#[derive(Debug, Serialize)]
-struct LineData {
-    name: String,
-    /// Little-endian f64.
-    x: String,
-    y: String,
-}
-
-#[derive(Debug, Serialize)]
-pub(in crate::report) struct MapData {
-    pub id: String,
-    pub title: String,
-    #[serde(skip)]
-    pub caption: String,
-    pub(super) x: AxisData,
-    pub(super) y: AxisData,
-    label: String,
-    signed: bool,
-    /// Whether the page opens with linear colours; those of signed values are linear anyway.
-    linear: bool,
-    /// Axis that the curve beside the map runs along at first.
-    along: &'static str,
-    /// Magnitude at which a linear colour scale ends; by default the largest.
-    limit: Option<f64>,
-    /// Least and largest value of the colour scale, where other maps share it.
-    range: Option<[f64; 2]>,
-    #[serde(flatten)]
-    cells: CellData,
-    /// The part that the page shows at first, where it is not all of it or has finer cells.
-    detail: Option<DetailData>,
-    /// Dispersion curves.
-    lines: Vec<LineData>,
-    /// What values along y are multiplied by for the ends of their 95 % interval.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    interval: Option<[f64; 2]>,
-}
-
-/// The cells of a map.
-#[derive(Debug, Serialize)]
-struct CellData {
-    rows: usize,
-    columns: usize,
-    /// Row by row from the lowest y, little-endian f32.
-    values: String,
-    /// Least and largest value of each cell, if a cell is of more than one signed sample.
-    least: Option<String>,
-    largest: Option<String>,
-    /// What a point of the curve beside the map is, where that is not one sample.
-    block: Option<String>,
-}
-
-/// A part of a map, with its ends on both axes.
-#[derive(Debug, Serialize)]
-struct DetailData {
-    x: [f64; 2],
-    y: [f64; 2],
-    #[serde(flatten)]
-    cells: CellData,
-}
-
-impl CellData {
-    fn of(map: &Map) -> CellData {
-        let side = |n: usize| {
-            let range = map.range.as_ref()?;
-            Some(singles(range[n].iter().copied()))
-        };
-        CellData {
-            rows: map.values.nrows(),
-            columns: map.values.ncols(),
-            values: singles(map.values.iter().copied()),
-            least: side(0),
-            largest: side(1),
-            block: block(map.reduction),
-        }
-    }
-
-    /// Of values that are not negative.
-    fn of_values(values: ArrayView2<f64>) -> CellData {
-        CellData {
-            rows: values.nrows(),
-            columns: values.ncols(),
-            values: singles(values.iter().map(|&value| value as f32)),
-            least: None,
-            largest: None,
-            block: None,
-        }
-    }
-}
-
-impl MapData {
-    /// A map whose axes have roles.
-    pub fn of(id: String, title: String, map: &HeatChart) -> Option<MapData> {
-        let roles = map.roles?;
-        let reduced = map.reduced.as_deref();
-        let ends = match reduced {
-            Some(whole) => [&whole.x, &whole.y].map(|axis| [axis.low, axis.high]),
-            None => [&map.x, &map.y].map(|range| [range.start, range.end]),
-        };
-        let named = map.marks.iter().filter(|mark| !mark.label.is_empty());
-        let marks = [
-            named.map(|mark| mark.at).collect(),
-            map.levels.iter().map(|level| level.at).collect(),
-        ];
-        let labels = [&map.x_label, &map.y_label];
-        let axes = roles.iter().zip(labels).zip(ends.iter().zip(marks));
-        let mut axes = axes.map(|((role, label), (ends, marks))| AxisData {
-            label: label.clone(),
-            low: ends[0],
-            high: ends[1],
-            role: *role,
-            second: map.second.clone().filter(|_| *role == Role::Wavenumber),
-            marks,
-        });
-        let (x, y) = axes.next().zip(axes.next())?;
-        let (signed, limit, range) = match &map.colors {
-            Colors::Between(range) if range.start == -range.end => {
-                (true, Some(range.end), map.shared)
-            }
-            Colors::Signed { limit, .. } => (true, Some(*limit), map.shared),
-            Colors::Between(range) => (false, None, Some([range.start, range.end])),
-            Colors::Powers => (false, None, map.shared),
-        };
-        Some(MapData {
-            id,
-            title,
-            caption: caption(map),
-            x,
-            y,
-            label: map.label.clone(),
-            signed,
-            linear: !matches!(map.colors, Colors::Powers),
-            along: match roles {
-                [
-                    Role::Wavenumber | Role::Frequency,
-                    Role::Time | Role::Position,
-                ] => "x",
-                _ => "y",
-            },
-            limit,
-            range,
-            cells: match reduced {
-                Some(whole) => CellData::of(whole),
-                None => CellData::of_values(map.values.view()),
-            },
-            detail: reduced
-                .and_then(|whole| whole.detail.as_ref())
-                .map(|part| DetailData {
-                    x: [part.x.low, part.x.high],
-                    y: [part.y.low, part.y.high],
-                    cells: CellData::of(part),
-                }),
-            lines: lines(&map.curves),
-            interval: map.interval,
+/// A map whose axes have roles. Cells are little-endian f32, row by row from the lowest y.
+pub(super) fn map(id: String, title: String, map: &Chart) -> Option<Picture> {
+    let [Some(x_role), Some(y_role)] = map.roles else {
+        return None;
+    };
+    let reduced = map.reduced.as_deref();
+    let [x, y] = match reduced {
+        Some(whole) => [&whole.x, &whole.y].map(|axis| (axis.low, axis.high)),
+        None => [&map.x, &map.y].map(|range| (range.start, range.end)),
+    };
+    let axis = |role: Role, label: &str, (low, high): (f64, f64), marks: Vec<f64>| {
+        let second = map.second.as_ref().filter(|_| role == Role::Wavenumber);
+        json!({
+            "label": label, "low": low, "high": high, "role": role, "second": second, "marks": marks,
         })
+    };
+    let named = map.marks.iter().filter(|mark| !mark.label.is_empty());
+    let marks = named.map(|mark| mark.at).collect();
+    let levels = map.levels.iter().map(|level| level.at).collect();
+    let (signed, limit, range) = match &map.colors {
+        Colors::Between(range) if range.start == -range.end => (true, Some(range.end), map.shared),
+        Colors::Signed { limit, .. } => (true, Some(*limit), map.shared),
+        Colors::Between(range) => (false, None, Some([range.start, range.end])),
+        Colors::Powers => (false, None, map.shared),
+    };
+    // The curve beside the map runs along time or position at first.
+    let along = match (x_role, y_role) {
+        (Role::Wavenumber | Role::Frequency, Role::Time | Role::Position) => "x",
+        _ => "y",
+    };
+    let detail = reduced.and_then(|whole| whole.detail.as_deref());
+    let mut data = match reduced {
+        Some(whole) => cells(whole),
+        None => json!({
+            "rows": map.values.nrows(),
+            "columns": map.values.ncols(),
+            "values": singles(map.values.iter().map(|&value| value as f32)),
+        }),
+    };
+    for (name, value) in [
+        ("kind", json!("map")),
+        ("id", json!(id)),
+        ("title", json!(title)),
+        ("x", axis(x_role, &map.x_label, x, marks)),
+        ("y", axis(y_role, &map.y_label, y, levels)),
+        ("label", json!(map.label)),
+        ("signed", json!(signed)),
+        // Whether the page opens with linear colours; those of signed values are linear anyway.
+        ("linear", json!(!matches!(map.colors, Colors::Powers))),
+        ("along", json!(along)),
+        // Magnitude at which a linear colour scale ends; by default the largest.
+        ("limit", json!(limit)),
+        // Of the colour scale, where other maps share it.
+        ("range", json!(range)),
+        ("lines", lines(&map.curves)),
+        ("interval", json!(map.interval)),
+        (
+            "detail",
+            detail.map_or(Value::Null, |part| {
+                let mut data = cells(part);
+                data["x"] = json!([part.x.low, part.x.high]);
+                data["y"] = json!([part.y.low, part.y.high]);
+                data
+            }),
+        ),
+    ] {
+        data[name] = value;
     }
-
-    /// Whether the page shows a part of it at first.
-    pub fn has_detail(&self) -> bool {
-        self.detail.is_some()
-    }
+    Some(Picture {
+        id,
+        title,
+        caption: caption(map),
+        axes: Some([map.x_label.clone(), map.y_label.clone()]),
+        opens_on_part: detail.is_some(),
+        data,
+    })
 }
 
-/// Each curve under its name, or that of the one before.
-fn lines(curves: &[Curve]) -> Vec<LineData> {
+/// The cells of a map; least and largest value of each, if a cell is of more than one signed sample; what a point of the curve
+/// beside the map is, where that is not one sample.
+fn cells(map: &Map) -> Value {
+    let range = map.range.as_ref();
+    let range = range.map(|range| range.each_ref().map(|side| singles(side.iter().copied())));
+    let (rows, columns) = map.reduction.samples();
+    let what = match map.reduction {
+        Reduction::Max { .. } => "the largest",
+        Reduction::Extreme { .. } => "the least and the largest",
+    };
+    let block = (rows * columns > 1)
+        .then(|| format!("A point is {what} of a cell of {rows} × {columns} samples."));
+    json!({
+        "rows": map.values.nrows(),
+        "columns": map.values.ncols(),
+        "values": singles(map.values.iter().copied()),
+        "least": range.as_ref().map(|[least, _]| least),
+        "largest": range.as_ref().map(|[_, largest]| largest),
+        "block": block,
+    })
+}
+
+/// Each curve, broken where its values are NaN, under its name or that of the one before.
+fn lines(curves: &[Curve]) -> Value {
     let mut name = "";
     let lines = curves.iter().map(|curve| {
         if !curve.label.is_empty() {
             name = &curve.label;
         }
-        LineData {
-            name: name.to_owned(),
-            x: doubles(curve.points.iter().map(|point| point.0)),
-            y: doubles(curve.points.iter().map(|point| point.1)),
-        }
+        json!({
+            "name": name,
+            "x": doubles(curve.points.iter().map(|point| point.0)),
+            "y": doubles(curve.points.iter().map(|point| point.1)),
+        })
     });
     lines.collect()
 }
@@ -203,7 +127,7 @@ pub(super) fn page_opens(not_shown: &str) -> String {
 }
 
 /// What it shows, how much a cell holds, the names of its curves, and what it leaves out at first.
-fn caption(map: &HeatChart) -> String {
+fn caption(map: &Chart) -> String {
     let mut caption = map.caption.clone();
     if let Some(whole) = &map.reduced {
         let cells = |of: &Map| {
@@ -211,17 +135,15 @@ fn caption(map: &HeatChart) -> String {
             format!("{rows} × {columns}")
         };
         let [fine, coarse] = [cells(whole.shown()), cells(whole)];
-        let (what, signs) = match whole.reduction {
-            Reduction::Max { .. } => ("the largest value", ""),
-            Reduction::Extreme { .. } => (
-                "the value of largest magnitude",
-                ", or grey where it holds both signs",
-            ),
+        let what = whole.reduction.shows();
+        let signs = match whole.reduction {
+            Reduction::Max { .. } => "",
+            Reduction::Extreme { .. } => ", or grey where it holds both signs",
         };
         if coarse != "1 × 1" {
-            caption += &format!(" Each cell shows {what} of {fine} samples{signs}");
+            caption += &format!(" Each cell shows the {what} of {fine} samples{signs}");
             if fine != coarse {
-                caption += &format!("; in the whole picture, {what} of {coarse}");
+                caption += &format!("; in the whole picture, the {what} of {coarse}");
             }
             caption += ".";
         }
@@ -233,14 +155,4 @@ fn caption(map: &HeatChart) -> String {
     }
     caption.extend(map.not_shown.as_deref().map(page_opens));
     caption
-}
-
-/// What a point of a curve along a map is, if not one sample.
-fn block(reduction: Reduction) -> Option<String> {
-    let (what, rows, columns) = match reduction {
-        Reduction::Max { rows, columns } => ("the largest", rows, columns),
-        Reduction::Extreme { rows, columns } => ("the least and the largest", rows, columns),
-    };
-    (rows * columns > 1)
-        .then(|| format!("A point is {what} of a cell of {rows} × {columns} samples."))
 }

@@ -1,19 +1,22 @@
-//! The kit that all pages are made of: a self-contained HTML page whose pictures are drawn by its
+//! Pages of results, and of several fields: a self-contained HTML page whose pictures are drawn by its
 //! own script, and the tables and paragraphs around them.
 
 mod curves;
+mod fields;
 mod map;
+mod sheet;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html as markup};
-use serde::Serialize;
+use serde_json::{Value, json};
 
-use crate::plot::{self, ColorScale, Colormap, Depth, Style};
+use crate::plot::{self, Depth, Style};
 use crate::sheet::Warning;
-pub(super) use curves::CurveGroup;
-pub(super) use map::MapData;
-use map::page_opens;
+use curves::curves;
+pub use fields::fields_html;
+use map::{map, page_opens};
+pub use sheet::sheet_html;
 
 const PLOTLY: &str = include_str!("../../../assets/plotly/plotly-cartesian.min.js");
 const SCRIPT: &str = include_str!("../../../assets/page.js");
@@ -23,28 +26,22 @@ const STYLE: &str = include_str!("../../../assets/page.css");
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
                       img-src data: blob:";
 
-/// A picture that the script draws.
-#[derive(Debug, Serialize)]
-#[serde(tag = "kind", rename_all = "lowercase")]
-pub(super) enum Picture {
-    Map(Box<MapData>),
-    Curves(Box<CurveGroup>),
-}
-
-impl From<MapData> for Picture {
-    fn from(map: MapData) -> Self {
-        Picture::Map(Box::new(map))
-    }
-}
-
-impl From<CurveGroup> for Picture {
-    fn from(group: CurveGroup) -> Self {
-        Picture::Curves(Box::new(group))
-    }
+/// A picture that the script draws, and what stands around it.
+struct Picture {
+    id: String,
+    title: String,
+    caption: String,
+    /// Labels of x and y of a map.
+    axes: Option<[String; 2]>,
+    /// Whether the page shows a part of it at first.
+    opens_on_part: bool,
+    /// What the script takes.
+    data: Value,
 }
 
 /// A page from top to bottom.
-pub(super) struct Page {
+#[derive(Default)]
+struct Page {
     pub title: String,
     /// What was computed, in one sentence.
     pub sentence: String,
@@ -57,17 +54,6 @@ pub(super) struct Page {
     pub rest: Markup,
     /// Colours of the maps; the rest of a style is for figures.
     pub style: Style,
-}
-
-#[derive(Serialize)]
-struct Payload<'a> {
-    /// 256 colours, the last for cells without a value.
-    sequential: String,
-    diverging: String,
-    /// Decades of logarithmic colours: at most, or exactly if `fixed`.
-    decades: f64,
-    fixed: bool,
-    pictures: Vec<&'a Picture>,
 }
 
 impl Page {
@@ -137,22 +123,20 @@ impl Page {
             Depth::Decades(decades) => (decades, true),
             Depth::Decibels(db) => (db / 10.0, true),
         };
-        let sequential = ColorScale::log(std::iter::empty(), Depth::Fitted);
-        let payload = Payload {
-            sequential: palette(sequential, colormap),
-            diverging: palette(ColorScale::diverging(std::iter::empty()), colormap),
-            decades,
-            fixed,
-            pictures: self.rows.iter().flatten().collect(),
-        };
-        serde_json::to_string(&payload)
-            .unwrap_or_else(|_| "null".into())
-            .replace('<', "\\u003c")
+        // 256 colours, the last for cells without a value.
+        let palette =
+            |is_signed| BASE64_STANDARD.encode(plot::palette(is_signed, colormap).concat());
+        let pictures = self.rows.iter().flatten().map(|picture| &picture.data);
+        let payload = json!({
+            "sequential": palette(false),
+            "diverging": palette(true),
+            // Of logarithmic colours: at most, or exactly if fixed.
+            "decades": decades,
+            "fixed": fixed,
+            "pictures": pictures.collect::<Vec<_>>(),
+        });
+        payload.to_string().replace('<', "\\u003c")
     }
-}
-
-fn palette(scale: ColorScale, colormap: Colormap) -> String {
-    BASE64_STANDARD.encode(scale.palette(colormap).concat())
 }
 
 fn doubles(values: impl IntoIterator<Item = f64>) -> String {
@@ -176,37 +160,51 @@ fn row(pictures: &[Picture]) -> Markup {
 }
 
 fn section(picture: &Picture) -> Markup {
-    match picture {
-        Picture::Map(map) => map_section(map),
-        Picture::Curves(group) => curve_section(group),
-    }
-}
-
-fn map_section(map: &MapData) -> Markup {
-    let heading = format!("{}-heading", map.id);
+    let (id, title) = (&picture.id, &picture.title);
+    let heading = format!("{id}-heading");
+    let kind = match picture.axes {
+        Some(_) => "map",
+        None => "curves",
+    };
     markup! {
-        section id=(map.id) class="map" aria-labelledby=(heading) {
-            h2 id=(heading) { (map.title) }
+        section id=(id) class=(kind) aria-labelledby=(heading) {
+            h2 id=(heading) { (title) }
             div class="tools" {
-                fieldset {
-                    legend { "Scale" }
-                    button type="button" data-scale="log" { "log" }
-                    button type="button" data-scale="linear" { "linear" }
+                @if let Some([x, y]) = &picture.axes {
+                    fieldset {
+                        legend { "Scale" }
+                        button type="button" data-scale="log" { "log" }
+                        button type="button" data-scale="linear" { "linear" }
+                    }
+                    fieldset {
+                        legend { "Curve along" }
+                        button type="button" data-along="y" { (without_unit(y)) }
+                        button type="button" data-along="x" { (without_unit(x)) }
+                    }
                 }
                 fieldset {
-                    legend { "Curve along" }
-                    button type="button" data-along="y" { (without_unit(&map.y.label)) }
-                    button type="button" data-along="x" { (without_unit(&map.x.label)) }
+                    legend { "Zoom" }
+                    button type="button" data-zoom="0.5" aria-label="zoom in" { "+" }
+                    button type="button" data-zoom="2" aria-label="zoom out" { "−" }
+                    button type="button" data-reset { "all" }
+                    @if picture.opens_on_part { button type="button" data-home { "limits" } }
                 }
-                (zooms(map.has_detail()))
-                (downloads())
+                fieldset {
+                    legend { "Save" }
+                    button type="button" data-png { "PNG" }
+                    button type="button" data-csv { "CSV" }
+                }
             }
             figure {
-                div class="picture" tabindex="0" role="img"
-                    aria-label={ (map.title) ". Arrow keys move the picked cell, plus and minus zoom, 0 resets." } {}
+                @if picture.axes.is_some() {
+                    div class="picture" tabindex="0" role="img"
+                        aria-label={ (title) ". Arrow keys move the picked cell, plus and minus zoom, 0 resets." } {}
+                }
                 div class="curve" {}
-                output class="readout" { "Hover to read values; click to pick; drag to zoom." }
-                (caption(&map.caption))
+                @if picture.axes.is_some() {
+                    output class="readout" { "Hover to read values; click to pick; drag to zoom." }
+                }
+                (caption(&picture.caption))
             }
         }
     }
@@ -233,45 +231,8 @@ fn without_unit(label: &str) -> &str {
     label.split(['(', '[']).next().unwrap_or(label).trim_end()
 }
 
-fn curve_section(group: &CurveGroup) -> Markup {
-    let heading = format!("{}-heading", group.id);
-    markup! {
-        section id=(group.id) class="curves" aria-labelledby=(heading) {
-            h2 id=(heading) { (group.title) }
-            div class="tools" { (zooms(group.opens_on_part())) (downloads()) }
-            figure {
-                div class="curve" {}
-                (caption(&group.caption))
-            }
-        }
-    }
-}
-
-/// Zoom; back to the part that the picture opens on, if it does not open on all.
-fn zooms(opens_on_part: bool) -> Markup {
-    markup! {
-        fieldset {
-            legend { "Zoom" }
-            button type="button" data-zoom="0.5" aria-label="zoom in" { "+" }
-            button type="button" data-zoom="2" aria-label="zoom out" { "−" }
-            button type="button" data-reset { "all" }
-            @if opens_on_part { button type="button" data-home { "limits" } }
-        }
-    }
-}
-
-fn downloads() -> Markup {
-    markup! {
-        fieldset {
-            legend { "Save" }
-            button type="button" data-png { "PNG" }
-            button type="button" data-csv { "CSV" }
-        }
-    }
-}
-
 /// Answers by their names, close together.
-pub(super) fn facts(named: &[(&str, String)]) -> Markup {
+fn facts(named: &[(&str, String)]) -> Markup {
     markup! {
         dl class="facts" {
             @for (name, text) in named { div { dt { (name) } dd { (prose(text)) } } }
@@ -280,7 +241,7 @@ pub(super) fn facts(named: &[(&str, String)]) -> Markup {
 }
 
 /// Each warning with what to do about it, if that is known. Without warnings, nothing.
-pub(super) fn warnings(warnings: &[Warning]) -> Markup {
+fn warnings(warnings: &[Warning]) -> Markup {
     markup! {
         @if !warnings.is_empty() {
             section id="warnings" aria-labelledby="warnings-heading" {
@@ -299,7 +260,7 @@ pub(super) fn warnings(warnings: &[Warning]) -> Markup {
 }
 
 /// Tables under one heading.
-pub(super) fn numbers(tables: Markup) -> Markup {
+fn numbers(tables: Markup) -> Markup {
     markup! {
         section id="summary" aria-labelledby="summary-heading" {
             h2 id="summary-heading" { "Summary" }
@@ -309,7 +270,7 @@ pub(super) fn numbers(tables: Markup) -> Markup {
 }
 
 /// A table, without a head of names and values; one of several columns scrolls by itself where it is wide.
-pub(super) fn table<C: Render>(title: &str, head: &[String], rows: &[Vec<C>]) -> Markup {
+fn table<C: Render>(title: &str, head: &[String], rows: &[Vec<C>]) -> Markup {
     let whole = markup! {
         table {
             caption { (title) }
@@ -334,7 +295,7 @@ pub(super) fn table<C: Render>(title: &str, head: &[String], rows: &[Vec<C>]) ->
 }
 
 /// A part that is folded until it is asked for.
-pub(super) fn folded(id: &str, title: &str, content: Markup) -> Markup {
+fn folded(id: &str, title: &str, content: Markup) -> Markup {
     markup! {
         section id=(id) {
             details {
@@ -346,7 +307,7 @@ pub(super) fn folded(id: &str, title: &str, content: Markup) -> Markup {
 }
 
 /// How the pictures are used, and what words mean.
-pub(super) fn how_to_read(definitions: &[[&str; 2]]) -> Markup {
+fn how_to_read(definitions: &[[&str; 2]]) -> Markup {
     let content = markup! {
         p {
             "Hover a picture to read it, drag to zoom, double-click to reset; with a finger, tap to \
@@ -363,7 +324,7 @@ pub(super) fn how_to_read(definitions: &[[&str; 2]]) -> Markup {
     folded("how-to-read", "How to read this", content)
 }
 
-pub(super) fn sentence_case(text: &str) -> String {
+fn sentence_case(text: &str) -> String {
     let mut rest = text.chars();
     match rest.next() {
         Some(first) => first.to_uppercase().chain(rest).collect(),
@@ -372,7 +333,7 @@ pub(super) fn sentence_case(text: &str) -> String {
 }
 
 /// Text whose parts between backticks are code. A number and its % stay in one line.
-pub(super) fn prose(text: &str) -> Markup {
+fn prose(text: &str) -> Markup {
     let text = text.replace(" %", "\u{a0}%");
     markup! {
         @for (index, part) in text.split('`').enumerate() {

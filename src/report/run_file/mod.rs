@@ -24,27 +24,20 @@ pub use read::RunParts;
 /// Version of the layout of run files, which their member `schema` holds.
 pub const RUN_SCHEMA: &str = "cascade.run/1";
 
-const NEW: NewFile = NewFile {
-    extensions: &["npz", "nc"],
-    word: "run",
-    is_one: is_run_file,
-};
-
-const NEW_NETCDF: NewFile = NewFile {
-    is_one: |path| Ok(own_netcdf(path)?.is_some_and(|(schema, _)| schema == RUN_SCHEMA)),
-    ..NEW
-};
-
 /// Whether a path has the extension of NetCDF files.
 fn is_netcdf(path: &Path) -> bool {
     path.extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("nc"))
 }
 
-fn new_file(path: &Path) -> &'static NewFile {
-    match is_netcdf(path) {
-        true => &NEW_NETCDF,
-        false => &NEW,
+fn new_file(path: &Path) -> NewFile {
+    NewFile {
+        extensions: &["npz", "nc"],
+        word: "run",
+        is_one: match is_netcdf(path) {
+            true => |path| Ok(own_netcdf(path)?.is_some_and(|(schema, _)| schema == RUN_SCHEMA)),
+            false => is_run_file,
+        },
     }
 }
 

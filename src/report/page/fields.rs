@@ -2,8 +2,7 @@
 
 use maud::{Markup, Render, html as markup};
 
-use crate::plot::Style;
-use crate::report::page::{self, Page};
+use super::Page;
 use crate::report::{FieldOutcome, FieldRow, fields_tables, verdicts_in_words};
 use crate::sheet::Table;
 
@@ -11,7 +10,7 @@ use crate::sheet::Table;
 pub fn fields_html(rows: &[FieldRow]) -> String {
     let failed = rows.iter().filter_map(|row| match &row.outcome {
         FieldOutcome::Headlines(_) => None,
-        FieldOutcome::Failed(why) => Some(vec![row.field.as_str().render(), page::prose(why)]),
+        FieldOutcome::Failed(why) => Some(vec![row.field.as_str().render(), super::prose(why)]),
     });
     let failed: Vec<Vec<Markup>> = failed.collect();
     let head = ["field", "reason"].map(str::to_owned);
@@ -19,16 +18,13 @@ pub fn fields_html(rows: &[FieldRow]) -> String {
     let page = Page {
         title: "Fields".into(),
         sentence: "what moves in frequency along x".into(),
-        answers: Markup::default(),
-        warnings: Markup::default(),
-        rows: Vec::new(),
-        rest: page::numbers(markup! {
+        rest: super::numbers(markup! {
             @for one in fields_tables(rows) { (table(&one, rows)) }
             @if !failed.is_empty() {
-                (page::table("Fields without a result", &head, &failed))
+                (super::table("Fields without a result", &head, &failed))
             }
         }),
-        style: Style::default(),
+        ..Page::default()
     };
     page.html(
         &format!("{fields}: {verdicts}"),
@@ -48,7 +44,7 @@ fn table(table: &Table, rows: &[FieldRow]) -> Markup {
         cells
     };
     let rows: Vec<Vec<Markup>> = table.rows.iter().map(linked).collect();
-    page::table(&table.title, &table.head, &rows)
+    super::table(&table.title, &table.head, &rows)
 }
 
 /// A relative path as a link.

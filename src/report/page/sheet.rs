@@ -2,10 +2,10 @@
 
 use maud::{Markup, html as markup};
 
+use super::{Page, Picture, sentence_case};
 use crate::plot::Style;
 use crate::report::Provenance;
-use crate::report::page::{self, CurveGroup, MapData, Page, Picture, sentence_case};
-use crate::sheet::{Chart, Describe, FigureLayout, Plot, Sheet, Table};
+use crate::sheet::{Chart, Describe, FigureLayout, Sheet, Table};
 
 /// The page of a result with the name `data`.
 ///
@@ -26,30 +26,25 @@ pub fn sheet_html(
         facts.map(|fact| (&*fact.name, fact.text.clone())).collect()
     };
     let details = of(true).into_iter();
-    let details = Table {
-        title: "Details".into(),
-        rows: details
-            .map(|(name, text)| vec![name.to_owned(), text])
-            .collect(),
-        ..Table::default()
-    };
+    let details = details.map(|(name, text)| vec![name.to_owned(), text]);
+    let details = Table::of("Details", &[], details);
     let json = sheet.summary(provenance)?;
     let page = Page {
         title: format!("{}: {data}", sheet.title),
         sentence: sheet.about.clone(),
-        answers: page::facts(&of(false)),
-        warnings: page::warnings(&sheet.warnings),
+        answers: super::facts(&of(false)),
+        warnings: super::warnings(&sheet.warnings),
         rows: rows(&found.figures()),
         rest: markup! {
-            (page::numbers(markup! {
+            (super::numbers(markup! {
                 div class="tables" {
                     @for one in sheet.tables.iter().filter(|table| table.is_fact) { (table(one)) }
                     @if !details.rows.is_empty() { (table(&details)) }
                     @for one in sheet.tables.iter().filter(|table| !table.is_fact) { (table(one)) }
                 }
             }))
-            @if !sheet.definitions.is_empty() { (page::how_to_read(&sheet.definitions)) }
-            (page::folded("json", "summary.json", markup! { pre { (json) } }))
+            @if !sheet.definitions.is_empty() { (super::how_to_read(&sheet.definitions)) }
+            (super::folded("json", "summary.json", markup! { pre { (json) } }))
         },
         style: *style,
     };
@@ -63,23 +58,28 @@ fn rows(figures: &[FigureLayout]) -> Vec<Vec<Picture>> {
     for figure in figures {
         let plots = figure.rows.iter().flat_map(|row| &row.plots);
         if figure.shared_x {
-            let charts: Vec<&Chart> = plots.filter_map(Plot::as_chart).collect();
-            let group = CurveGroup::of(figure.name.into(), figure.title.clone(), &charts);
-            rows.push(Vec::from_iter(group.map(Picture::from)));
+            let charts: Vec<&Chart> = plots.filter(|plot| !plot.is_map()).collect();
+            let group = super::curves(figure.name.into(), figure.title.clone(), &charts);
+            rows.push(Vec::from_iter(group));
             continue;
         }
         let mut n = 0;
         for row in &figure.rows {
             let mut pictures = Vec::new();
             for plot in &row.plots {
-                let id = match (figure.name, plot) {
-                    ("", Plot::Chart(_)) => format!("chart-{count}"),
-                    ("", Plot::Map(_)) => format!("map-{count}"),
+                let id = match (figure.name, plot.is_map()) {
+                    ("", false) => format!("chart-{count}"),
+                    ("", true) => format!("map-{count}"),
                     (name, _) if n == 0 => name.to_owned(),
                     (name, _) => format!("{name}-{}", n + 1),
                 };
                 (n, count) = (n + 1, count + 1);
-                pictures.extend(picture(id, title(figure, plot.title()), plot));
+                let title = title(figure, &plot.title);
+                pictures.extend(match plot.is_map() {
+                    // One whose axes count nothing known is drawn in figures alone.
+                    true => super::map(id, title, plot),
+                    false => super::curves(id, title, &[plot]),
+                });
             }
             match figure.name {
                 "" => rows.extend(pictures.into_iter().map(|picture| vec![picture])),
@@ -100,18 +100,10 @@ fn title(figure: &FigureLayout, plot: &str) -> String {
     }
 }
 
-/// A map whose axes count nothing known is drawn in figures alone.
-fn picture(id: String, title: String, plot: &Plot) -> Option<Picture> {
-    match plot {
-        Plot::Chart(chart) => CurveGroup::of(id, title, &[chart]).map(Picture::from),
-        Plot::Map(map) => MapData::of(id, title, map).map(Picture::from),
-    }
-}
-
 fn table(table: &Table) -> Markup {
     let rows = table.rows.iter();
-    let rows = rows.map(|row| row.iter().map(|cell| page::prose(cell)).collect());
-    page::table(
+    let rows = rows.map(|row| row.iter().map(|cell| super::prose(cell)).collect());
+    super::table(
         &table.title,
         &table.head,
         &rows.collect::<Vec<Vec<Markup>>>(),
