@@ -401,18 +401,13 @@ fn other_paths(container: &Container, bytes: &[u8]) -> Option<String> {
                 }
             }
         }
-        let Place::Strided {
-            start,
-            strides,
-            order,
-            is_in_file: true,
-        } = &variable.place
-        else {
-            continue;
+        let strided = match &variable.place {
+            Place::Strided(strided) if strided.is_in_file => strided,
+            _ => continue,
         };
         for (n, one) in all.chunks_exact(size).enumerate() {
-            let (mut rest, mut place) = (n as u64, *start);
-            for (len, stride) in shape.iter().zip(strides).rev() {
+            let (mut rest, mut place) = (n as u64, strided.start);
+            for (len, stride) in shape.iter().zip(&strided.strides).rev() {
                 place += rest % len * stride;
                 rest /= len;
             }
@@ -420,7 +415,7 @@ fn other_paths(container: &Container, bytes: &[u8]) -> Option<String> {
                 return Some(format!("{}: sample {n} is not in the file", variable.path));
             };
             let mut stored = stored.to_vec();
-            if *order != ByteOrder::NATIVE {
+            if strided.order != ByteOrder::NATIVE {
                 stored.reverse();
             }
             if stored != one {

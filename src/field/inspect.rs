@@ -88,13 +88,7 @@ fn info(container: &Container, variable: &Variable) -> VariableInfo {
         path: variable.path.clone(),
         dimensions: dimensions(variable),
         sample: variable.sample_type.name().to_owned(),
-        is_in_place: matches!(
-            variable.place,
-            Place::Strided {
-                is_in_file: true,
-                ..
-            }
-        ),
+        is_in_place: matches!(&variable.place, Place::Strided(strided) if strided.is_in_file),
         coordinates: all.map(|d| coordinate(&d.coordinate, d.len)).collect(),
         attributes: texts(&variable.attributes),
     }

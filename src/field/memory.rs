@@ -14,7 +14,7 @@ use crate::error::{InputFault, Result};
 
 /// Bytes of another owner, which stay as they are while anything refers to them.
 #[derive(Clone)]
-pub struct SharedBytes(Arc<dyn AsRef<[u8]> + Send + Sync>);
+pub struct SharedBytes(pub(super) Arc<dyn AsRef<[u8]> + Send + Sync>);
 
 impl SharedBytes {
     /// What `owner` refers to. It must refer to the same bytes on every call.
@@ -105,8 +105,7 @@ impl MemorySamples {
                 most: length as u64,
             });
         }
-        let bytes = Bytes::Shared(self.bytes);
-        let numbers = (self.sample, self.order);
+        let (bytes, numbers) = (Bytes::Held(self.bytes), (self.sample, self.order));
         Ok(Storage::new(bytes, numbers, start, shape, strides))
     }
 }

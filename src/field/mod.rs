@@ -237,6 +237,12 @@ impl Field {
         }
     }
 
+    /// The same without its samples.
+    fn without_samples(self) -> Field {
+        let storage = Storage::from_values(Vec::new(), 0, true);
+        Field { storage, ..self }
+    }
+
     pub fn n_times(&self) -> usize {
         self.n_times
     }

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::Sample;
 use super::assembly::Assembly;
 use super::interpolate::{Interpolant, Interpolation};
 use super::options::OpenOptions;
@@ -48,7 +49,7 @@ pub(super) fn resampled(
 ) -> Result<Storage> {
     const WHAT: &str = "the resampled field";
     let (n_in, n_out) = (interpolant.n_nodes(), interpolant.n_places());
-    let mut assembly = Assembly::new(WHAT, [count, n_out], options)?;
+    let mut assembly = Assembly::new(WHAT, Sample::F64, [count, n_out], options)?;
     let one = (n_in + n_out) * size_of::<f64>();
     // A small limit is shared with what reads the file.
     let bytes = options

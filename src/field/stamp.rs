@@ -1,8 +1,7 @@
 //! Dates and times of day as tables write them.
 
-/// Nanoseconds of a second.
-const SECOND: f64 = 1e9;
-const DAY: i64 = 86_400 * 1_000_000_000;
+use jiff::fmt::temporal::Pieces;
+use jiff::tz::Offset;
 
 /// A date, a time of day, or both.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,7 +16,10 @@ pub(super) struct Stamp {
 
 impl Stamp {
     /// From `2026-01-31T12:00:00.001Z`, `2026-01-31 12:00`, `31.01.2026 12:00:00,5`, `2026-01-31`, `12:00:00.5`.
+    ///
+    /// Zones are `Z`, `UTC` or `GMT`, and `+02`, `+0200` or `+02:00`.
     pub(super) fn parse(cell: &[u8]) -> Option<Stamp> {
+        const DAY: f64 = 86_400.0;
         let text = str::from_utf8(cell).ok()?.trim();
         if !text.starts_with(|c: char| c.is_ascii_digit()) {
             return None;
@@ -27,88 +29,52 @@ impl Stamp {
             None if text.contains(':') => (None, Some(text)),
             None => (Some(text), None),
         };
-        let days = date.map(days).map_or(Some(None), |days| days.map(Some))?;
-        let (of_day, rounding) = match time {
-            Some(time) => of_day(time)?,
-            None => (0, DAY as f64 / SECOND),
+        let day = date.map_or_else(|| Some("1970-01-01".into()), iso)?;
+        let time_of_day = time.unwrap_or("00:00");
+        let is_zone = |c: char| c.is_ascii_alphabetic() || "+-".contains(c);
+        let zone = time_of_day.find(is_zone).unwrap_or(time_of_day.len());
+        let (clock, zone) = time_of_day.split_at(zone);
+        let zone = match zone.to_ascii_uppercase().as_str() {
+            "UTC" | "GMT" => "Z".to_owned(),
+            zone => zone.to_owned(),
         };
+        let clock = clock.trim();
+        let point = clock.find(['.', ',']).unwrap_or(clock.len());
+        // Nanoseconds are the last digits that count.
+        let counted = clock.get(..point + 10).unwrap_or(clock);
+        let text = format!("{day}T{counted}{zone}");
+        let pieces = Pieces::parse(&text).ok()?;
+        let at = pieces.date().to_datetime(pieces.time()?);
+        let offset = pieces.to_numeric_offset().unwrap_or(Offset::UTC);
+        let decimals = clock.len().saturating_sub(point + 1) as i32;
         Some(Stamp {
-            nanoseconds: days.unwrap_or(0).checked_mul(DAY)?.checked_add(of_day)?,
-            has_date: days.is_some(),
+            nanoseconds: offset
+                .to_timestamp(at)
+                .ok()?
+                .as_nanosecond()
+                .try_into()
+                .ok()?,
+            has_date: date.is_some(),
             has_time: time.is_some(),
-            rounding,
+            rounding: match (time, clock.matches(':').count()) {
+                (None, _) => DAY,
+                (_, 1) => 60.0,
+                _ => 10f64.powi(-decimals),
+            },
         })
     }
 }
 
-/// Days from 1970-01-01 to a date of the proleptic Gregorian calendar.
-fn days(date: &str) -> Option<i64> {
+/// A date as ISO 8601 writes it.
+fn iso(date: &str) -> Option<String> {
     let parts: Vec<&str> = date.split(['-', '/', '.']).collect();
-    let [first, month, last] = parts[..] else {
-        return None;
-    };
     // Whether days or months come first in 01/02/2026 is not known; of 01.02.2026 days do.
-    let (year, day) = match (first.len(), last.len()) {
-        (4, 1..=2) => (first, last),
-        (1..=2, 4) if date.contains('.') => (last, first),
+    let (year, month, day) = match parts[..] {
+        [year, month, day] if year.len() == 4 => (year, month, day),
+        [day, month, year] if date.contains('.') => (year, month, day),
         _ => return None,
     };
-    let number = |text: &str, most: i64| {
-        let number: i64 = text.parse().ok()?;
-        (1..=most).contains(&number).then_some(number)
-    };
-    let (year, month, day) = (number(year, 9999)?, number(month, 12)?, number(day, 31)?);
-    Some(wavecascade_formats::days_to(year, month, day))
-}
-
-/// Nanoseconds since midnight of a time of day with its zone, less that of the zone, and what its last digit counts.
-///
-/// Zones are `Z`, `UTC` or `GMT`, and `+02`, `+0200` or `+02:00`.
-fn of_day(time: &str) -> Option<(i64, f64)> {
-    let at = time.find(|c: char| c.is_ascii_alphabetic() || "+-".contains(c));
-    let (time, zone) = time.split_at(at.unwrap_or(time.len()));
-    let zone = match zone.to_ascii_uppercase().as_str() {
-        "" | "Z" | "UTC" | "GMT" => 0,
-        zone => {
-            let (hours, minutes) = zone.get(1..)?.split_at_checked(2)?;
-            let minutes = match minutes.trim_start_matches(':') {
-                "" => "00",
-                minutes => minutes,
-            };
-            let ahead = seconds(&format!("{hours}:{minutes}"))?.0;
-            match zone.as_bytes()[0] {
-                b'+' => ahead,
-                b'-' => -ahead,
-                _ => return None,
-            }
-        }
-    };
-    let (nanoseconds, rounding) = seconds(time.trim())?;
-    Some((nanoseconds - zone, rounding))
-}
-
-/// Nanoseconds of `hh:mm`, `hh:mm:ss` or `hh:mm:ss.fff`, and what the last digit counts in seconds.
-fn seconds(text: &str) -> Option<(i64, f64)> {
-    let (whole, fraction) = text.split_once(['.', ',']).unwrap_or((text, ""));
-    let mut parts = whole
-        .split(':')
-        .map(|part| part.parse::<i64>().ok().filter(|_| part.len() == 2));
-    let (hours, minutes) = (parts.next()??, parts.next()??);
-    let seconds = parts.next();
-    let is_whole = seconds.is_none() && !fraction.is_empty();
-    if parts.next().is_some() || is_whole || !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
-        return None;
-    }
-    let rounding = match seconds {
-        Some(_) => 10f64.powi(-(fraction.len() as i32)),
-        None => 60.0,
-    };
-    let seconds = seconds.unwrap_or(Some(0))?;
-    let is_time = hours < 24 && minutes < 60 && seconds <= 60;
-    let digits = format!("{fraction:0<9}");
-    let fraction: i64 = digits[..9].parse().ok()?;
-    let total = (3600 * hours + 60 * minutes + seconds) * 1_000_000_000 + fraction;
-    is_time.then_some((total, rounding))
+    Some(format!("{year}-{month:0>2}-{day:0>2}"))
 }
 
 #[cfg(test)]
@@ -117,6 +83,7 @@ mod tests {
 
     #[test]
     fn val_definition_dates_and_times_of_day() {
+        const DAY: i64 = 86_400 * 1_000_000_000;
         const NOON: i64 = 1_769_860_800 * 1_000_000_000;
         for (text, nanoseconds) in [
             ("2026-01-31T12:00:00Z", NOON),

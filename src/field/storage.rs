@@ -23,25 +23,28 @@ pub(crate) enum Bytes {
     File(Arc<FileBytes>),
     /// Decoded samples of a file in a scratch file.
     Spilled(Arc<FileBytes>),
-    /// Of a file, unpacked or decoded.
-    Unpacked(wavecascade_formats::Bytes),
-    Values(Arc<Vec<f64>>),
-    /// Of an owner outside of the library.
-    Shared(SharedBytes),
+    /// In memory.
+    Held(SharedBytes),
 }
 
 impl Bytes {
-    pub(crate) fn as_slice(&self) -> &[u8] {
+    fn as_slice(&self) -> &[u8] {
         match self {
             Bytes::File(bytes) | Bytes::Spilled(bytes) => bytes,
-            Bytes::Unpacked(bytes) => (**bytes).as_ref(),
-            Bytes::Shared(bytes) => bytes.as_slice(),
-            // SAFETY: the slice covers exactly the vector's initialized values. Every byte of an
-            // `f64` is a valid `u8`, which needs no alignment.
-            Bytes::Values(values) => unsafe {
-                std::slice::from_raw_parts(values.as_ptr().cast(), size_of_val(values.as_slice()))
-            },
+            Bytes::Held(bytes) => bytes.as_slice(),
         }
+    }
+
+    fn of_values(values: Vec<f64>) -> Bytes {
+        Bytes::Held(SharedBytes::new(Values(values)))
+    }
+}
+
+struct Values(Vec<f64>);
+
+impl AsRef<[u8]> for Values {
+    fn as_ref(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.0)
     }
 }
 
@@ -202,7 +205,7 @@ impl Storage {
 
     /// `values` in rows of `row_len`.
     pub(crate) fn from_values(values: Vec<f64>, row_len: usize, rows_are_times: bool) -> Self {
-        let bytes = Bytes::Values(Arc::new(values));
+        let bytes = Bytes::of_values(values);
         Storage::in_rows(bytes, SampleType::F64, row_len, rows_are_times)
     }
 
@@ -214,13 +217,7 @@ impl Storage {
         let (values, offset) = values.into_raw_vec_and_offset();
         let numbers = (SampleType::F64, ByteOrder::NATIVE);
         let start = offset.unwrap_or(0) * size;
-        Storage::new(
-            Bytes::Values(Arc::new(values)),
-            numbers,
-            start,
-            shape,
-            strides,
-        )
+        Storage::new(Bytes::of_values(values), numbers, start, shape, strides)
     }
 
     /// The same with numbers that stand for others.

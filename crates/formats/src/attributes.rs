@@ -1,5 +1,7 @@
 //! Named values beside a file or a variable.
 
+use indexmap::IndexMap;
+
 use crate::{ByteOrder, Sample};
 
 /// A value beside a file or a variable.
@@ -21,6 +23,14 @@ impl Value {
         match self {
             Value::Integers(values) if values.len() == 1 => Some(values[0] as f64),
             Value::Numbers(values) if values.len() == 1 => Some(values[0]),
+            _ => None,
+        }
+    }
+
+    /// The first of its integers.
+    pub(crate) fn integer(&self) -> Option<i64> {
+        match self {
+            Value::Integers(values) => values.first().copied(),
             _ => None,
         }
     }
@@ -81,12 +91,12 @@ impl Value {
 
 /// Named values in the order of the file.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Attributes(pub Vec<(String, Value)>);
+pub struct Attributes(pub IndexMap<String, Value>);
 
 impl Attributes {
-    /// Adds a value.
+    /// Adds a value, unless there is one of its name.
     pub fn insert(&mut self, name: impl Into<String>, value: Value) {
-        self.0.push((name.into(), value));
+        self.0.entry(name.into()).or_insert(value);
     }
 
     /// Adds a text unless it is empty.
@@ -107,8 +117,7 @@ impl Attributes {
 
     /// The value of this name.
     pub fn get(&self, name: &str) -> Option<&Value> {
-        let found = self.0.iter().find(|(found, _)| found == name);
-        found.map(|(_, value)| value)
+        self.0.get(name)
     }
 
     /// The text of this name, trimmed; `None` if it is empty or no text.

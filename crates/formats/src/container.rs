@@ -5,7 +5,7 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::rows::{Strided, misfit};
+use crate::rows::{Piece, Scaling};
 use crate::{Attributes, ByteOrder, Bytes, Error, Format, Result, Sample, SampleType};
 
 /// A file as named arrays.
@@ -91,19 +91,8 @@ pub enum Coordinate {
 /// Where the samples of a variable are.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
-    /// In bytes: sample `i, j, ..` is at `start + i * strides[0] + j * strides[1] + ..`.
-    ///
-    /// All of them lie within the bytes that [`Container::bytes`] gives.
-    Strided {
-        /// Byte of the first sample.
-        start: u64,
-        /// Bytes from one index to the next, one a dimension.
-        strides: Vec<u64>,
-        /// Byte order of each sample.
-        order: ByteOrder,
-        /// Whether the bytes are those of the file, and not unpacked first.
-        is_in_file: bool,
-    },
+    /// In bytes, all of them within those that [`Container::bytes`] gives.
+    Strided(Strided),
     /// They have to be decoded.
     Encoded {
         /// How many indices of the first dimension are best decoded at once: those of a chunk.
@@ -111,15 +100,66 @@ pub enum Place {
     },
 }
 
-impl Place {
+/// Samples at even distances along each index: `i, j, ..` is at `start + i * strides[0] + j * strides[1] + ..`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Strided {
+    /// Byte of the first sample.
+    pub start: u64,
+    /// Bytes from one index to the next, one a dimension.
+    pub strides: Vec<u64>,
+    /// Byte order of each sample.
+    pub order: ByteOrder,
+    /// Whether the bytes are those of the file, and not unpacked first.
+    pub is_in_file: bool,
+}
+
+impl Strided {
     /// In the file as it is.
-    pub(crate) fn in_file(start: u64, strides: Vec<u64>, order: ByteOrder) -> Place {
-        Place::Strided {
+    pub(crate) fn new(start: u64, strides: Vec<u64>, order: ByteOrder) -> Strided {
+        Strided {
             start,
             strides,
             order,
             is_in_file: true,
         }
+    }
+
+    /// Copies a block of numbers of type `from` row by row, as numbers of type `to`.
+    ///
+    /// # Errors
+    /// A number that is none of type `to`.
+    pub(crate) fn copy(
+        &self,
+        bytes: &[u8],
+        block: Block,
+        [from, to]: [Sample; 2],
+        out: &mut [u8],
+    ) -> std::result::Result<(), f64> {
+        let (last, outer, step) = match block.split_last() {
+            Some((last, outer)) => (last.clone(), outer, self.strides[outer.len()]),
+            None => (0..1, block, 0),
+        };
+        let count = last.end - last.start;
+        let rows = out.chunks_exact_mut(count as usize * to.bytes());
+        for (row, out) in rows.enumerate() {
+            let mut row = row as u64;
+            let mut start = self.start + last.start * step;
+            for (range, stride) in outer.iter().zip(&self.strides).rev() {
+                let len = range.end - range.start;
+                start += (range.start + row % len) * stride;
+                row /= len;
+            }
+            let run = Piece::of([start, step, count], self.order);
+            run.copy(bytes, [from, to], &Scaling::default(), out, to.bytes())?;
+        }
+        Ok(())
+    }
+}
+
+impl Place {
+    /// In the file as it is.
+    pub(crate) fn in_file(start: u64, strides: Vec<u64>, order: ByteOrder) -> Place {
+        Place::Strided(Strided::new(start, strides, order))
     }
 }
 
@@ -221,6 +261,12 @@ impl Variable {
         self.dimensions.iter().map(|d| d.len).collect()
     }
 
+    /// What is wrong with it if its type cannot hold a number.
+    pub(crate) fn misfit(path: &str, sample: Sample, number: f64) -> Error {
+        let expected = format!("numbers that fit in {}", sample.name());
+        Error::damaged(format!("variable {path}"), expected, number)
+    }
+
     /// What is wrong with it.
     pub(crate) fn damaged(&self, expected: impl fmt::Display, found: impl fmt::Display) -> Error {
         Error::damaged(format!("variable {}", self.path), expected, found)
@@ -288,15 +334,13 @@ impl Container {
         values: impl IntoIterator<Item = [u8; 8]>,
     ) {
         let bytes: Bytes = Arc::new(values.into_iter().flatten().collect::<Vec<u8>>());
-        let place = Place::Strided {
-            start: 0,
-            strides: vec![8],
-            order: ByteOrder::NATIVE,
+        let mut variable = variable;
+        let strided = Strided::new(0, vec![8], ByteOrder::NATIVE);
+        variable.place = Place::Strided(Strided {
             is_in_file: false,
-        };
-        self.push_in(Variable { place, ..variable }, move || {
-            Ok(Arc::clone(&bytes))
+            ..strided
         });
+        self.push_in(variable, move || Ok(Arc::clone(&bytes)));
     }
 
     /// The same of floats with a unit.
@@ -392,26 +436,9 @@ impl Container {
             return Ok(());
         }
         match (&found.place, &self.sources[variable], self.bytes(variable)?) {
-            (
-                Place::Strided {
-                    start,
-                    strides,
-                    order,
-                    ..
-                },
-                _,
-                Some(bytes),
-            ) => {
-                let strided = Strided {
-                    start: *start,
-                    strides,
-                    order: *order,
-                    sample,
-                };
-                strided
-                    .copy((*bytes).as_ref(), block, sample, out)
-                    .map_err(|number| misfit(&found.path, sample, number))
-            }
+            (Place::Strided(strided), _, Some(bytes)) => strided
+                .copy((*bytes).as_ref(), block, [sample; 2], out)
+                .map_err(|number| Variable::misfit(&found.path, sample, number)),
             (_, Source::Decoder(decoder), _) => decoder.read(block, out),
             _ => unreachable!("what is encoded has a decoder"),
         }

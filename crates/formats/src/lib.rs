@@ -32,13 +32,15 @@ mod uff;
 mod zarr;
 
 pub use attributes::{Attributes, Value};
-pub use container::{Block, Container, Coordinate, Dimension, Place, Remark, Variable, strides};
+pub use container::{
+    Block, Container, Coordinate, Dimension, Place, Remark, Strided, Variable, strides,
+};
 pub use error::{Error, Result};
 pub use format::{Format, Options, open, open_directory};
 pub use npz::has_members;
 pub use sample::{ByteOrder, Sample, SampleType, half_to_f64, ibm_to_f64};
 
-pub use time::{days_to, numpy_times};
+pub use time::numpy_times;
 
 use std::fmt::Debug;
 use std::ops::Range;

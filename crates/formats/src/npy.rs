@@ -10,7 +10,7 @@ use std::cmp::Ordering;
 
 use crate::cursor::beginning;
 use crate::{
-    ByteOrder, Bytes, Container, Dimension, Error, Format, Options, Place, Result, Sample,
+    ByteOrder, Bytes, Container, Dimension, Error, Format, Options, Place, Result, Sample, Strided,
     Variable, numpy_times, strides,
 };
 
@@ -173,12 +173,12 @@ impl Header {
         if let Some(counts) = self.counts.clone() {
             variable.attributes.insert_counts(counts);
         }
-        variable.place = Place::Strided {
+        variable.place = Place::Strided(Strided {
             start: before.unwrap_or(0).saturating_add(self.start as u64),
             strides: strides(&self.shape, self.sample, self.is_fortran),
             order: self.order,
             is_in_file: before.is_some(),
-        };
+        });
         variable
     }
 

@@ -3,50 +3,7 @@
 use std::ops::Range;
 
 use crate::container::{Block, Decoder};
-use crate::{ByteOrder, Bytes, Error, Place, Result, Sample};
-
-/// Samples at even distances along each index of a variable.
-pub(crate) struct Strided<'a> {
-    /// Byte of the first sample.
-    pub start: u64,
-    /// Bytes from one index to the next.
-    pub strides: &'a [u64],
-    pub order: ByteOrder,
-    pub sample: Sample,
-}
-
-impl Strided<'_> {
-    /// Copies a block row by row, as numbers of type `to`.
-    ///
-    /// # Errors
-    /// A number that is none of type `to`.
-    pub fn copy(
-        &self,
-        bytes: &[u8],
-        block: Block,
-        to: Sample,
-        out: &mut [u8],
-    ) -> std::result::Result<(), f64> {
-        let (last, outer, step) = match block.split_last() {
-            Some((last, outer)) => (last.clone(), outer, self.strides[outer.len()]),
-            None => (0..1, block, 0),
-        };
-        let count = last.end - last.start;
-        let rows = out.chunks_exact_mut(count as usize * to.bytes());
-        for (row, out) in rows.enumerate() {
-            let mut row = row as u64;
-            let mut start = self.start + last.start * step;
-            for (range, stride) in outer.iter().zip(self.strides).rev() {
-                let len = range.end - range.start;
-                start += (range.start + row % len) * stride;
-                row /= len;
-            }
-            let run = Piece::of([start, step, count], self.order);
-            run.copy(bytes, self.sample, to, &Scaling::default(), out, to.bytes())?;
-        }
-        Ok(())
-    }
-}
+use crate::{ByteOrder, Bytes, Result, Sample, Strided, Variable};
 
 /// From stored to scaled numbers, one polynomial after another; coefficients, that of power 0 first.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -81,50 +38,36 @@ impl Piece {
     ///
     /// # Errors
     /// A number that is none of type `to`.
-    fn copy(
+    pub fn copy(
         &self,
         bytes: &[u8],
-        from: Sample,
-        to: Sample,
+        [from, to]: [Sample; 2],
         scaling: &Scaling,
         out: &mut [u8],
         along: usize,
     ) -> std::result::Result<(), f64> {
         let (size, step) = (from.bytes(), self.step as usize);
         let bytes = &bytes[self.start as usize..];
-        let is_swapped = self.order != ByteOrder::NATIVE;
-        if !scaling.0.is_empty() {
-            for (i, out) in out.chunks_mut(along).take(self.count as usize).enumerate() {
-                let number = from.to_f64(self.order, &bytes[i * step..][..size]);
-                out[..8].copy_from_slice(&scaling.apply(number).to_ne_bytes());
-            }
-        } else if from != to {
-            for (i, out) in out.chunks_mut(along).take(self.count as usize).enumerate() {
-                let one = &bytes[i * step..][..size];
-                to.convert(from, self.order, one, &mut out[..to.bytes()])?;
-            }
-        } else if step == size && along == size {
+        let is_scaled = !scaling.0.is_empty();
+        if !is_scaled && from == to && step == size && along == size {
             let out = &mut out[..self.count as usize * size];
             out.copy_from_slice(&bytes[..out.len()]);
-            if is_swapped {
+            if self.order != ByteOrder::NATIVE {
                 out.chunks_exact_mut(size).for_each(<[u8]>::reverse);
             }
-        } else {
-            for (i, out) in out.chunks_mut(along).take(self.count as usize).enumerate() {
-                out[..size].copy_from_slice(&bytes[i * step..][..size]);
-                if is_swapped {
-                    out[..size].reverse();
-                }
+            return Ok(());
+        }
+        for (i, out) in out.chunks_mut(along).take(self.count as usize).enumerate() {
+            let one = &bytes[i * step..][..size];
+            if is_scaled {
+                let number = scaling.apply(from.to_f64(self.order, one));
+                out[..8].copy_from_slice(&number.to_ne_bytes());
+            } else {
+                to.convert(from, self.order, one, &mut out[..to.bytes()])?;
             }
         }
         Ok(())
     }
-}
-
-/// The error of a number of a variable that its type cannot hold.
-pub(crate) fn misfit(path: &str, sample: Sample, number: f64) -> Error {
-    let expected = format!("numbers that fit in {}", sample.name());
-    Error::damaged(format!("variable {path}"), expected, number)
 }
 
 /// The samples of one record.
@@ -167,7 +110,7 @@ pub(crate) struct Rows {
 impl Rows {
     /// Where the samples lie in the file, if they do at even distances and as numbers of one type. It sets
     /// whether those of one time are closer than those of one record.
-    pub fn strided(&mut self) -> Option<Place> {
+    pub fn strided(&mut self) -> Option<Strided> {
         let size = self.sample.bytes() as u64;
         let run = |record: &Record| {
             let is_plain = record.sample == Some(self.sample)
@@ -175,11 +118,7 @@ impl Rows {
                 && record.held.is_none();
             record.pieces.only_run().filter(|_| is_plain)
         };
-        let runs = self
-            .records
-            .iter()
-            .map(run)
-            .collect::<Option<Vec<Piece>>>()?;
+        let runs: Vec<Piece> = self.records.iter().map(run).collect::<Option<_>>()?;
         let first = runs[0];
         // A single sample has no step.
         let step = if first.count == 1 { size } else { first.step };
@@ -199,7 +138,7 @@ impl Rows {
             true => vec![step, across],
             false => vec![across, step],
         };
-        Some(Place::in_file(first.start, strides, first.order))
+        Some(Strided::new(first.start, strides, first.order))
     }
 }
 
@@ -224,8 +163,8 @@ impl Decoder for Rows {
             let (from, scaling) = (record.sample.unwrap_or(self.sample), &record.scaling);
             let mut at = place * across;
             for run in record.pieces.runs(times.clone()) {
-                run.copy(bytes, from, self.sample, scaling, &mut out[at..], along)
-                    .map_err(|number| misfit(&self.path, self.sample, number))?;
+                run.copy(bytes, [from, self.sample], scaling, &mut out[at..], along)
+                    .map_err(|number| Variable::misfit(&self.path, self.sample, number))?;
                 at += run.count as usize * along;
             }
         }

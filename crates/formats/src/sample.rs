@@ -129,7 +129,7 @@ impl Sample {
         )
     }
 
-    /// Writes the number in `one`, of another type, to `out` as one of this type, in native byte order.
+    /// Writes the number in `one`, of type `from`, to `out` as one of this type, in native byte order.
     ///
     /// # Errors
     /// The number, if this type has no such integer.
@@ -142,6 +142,12 @@ impl Sample {
     ) -> std::result::Result<(), f64> {
         let number = || from.to_f64(order, one);
         match self {
+            _ if self == from => {
+                out.copy_from_slice(one);
+                if order != ByteOrder::NATIVE {
+                    out.reverse();
+                }
+            }
             Sample::F64 => out.copy_from_slice(&number().to_ne_bytes()),
             Sample::F32 => out.copy_from_slice(&(number() as f32).to_ne_bytes()),
             Sample::Bool => out.fill(u8::from(number() != 0.0)),

@@ -1,5 +1,6 @@
 //! Traces that begin at different times.
 
+use super::super::Sample;
 use super::super::align::{Alignment, Apart, Shift};
 use super::super::assembly::Assembly;
 use super::super::open::Contents;
@@ -41,7 +42,7 @@ pub(super) fn aligned(
     let alignment = Alignment::new(shifts, lengths, method)
         .map_err(|Apart { early, late }| InputFault::NoCommonTime { early, late })?;
     let shape = [contents.field.n_sites, alignment.n_times];
-    let mut assembly = Assembly::new("the aligned traces", shape, options)?;
+    let mut assembly = Assembly::new("the aligned traces", Sample::F64, shape, options)?;
     let mut record = vec![0.0; alignment.n_times];
     for trace in 0..contents.field.n_sites {
         let storage = &contents.field.storage;

@@ -2,19 +2,14 @@
 //! is not allowed, into a scratch file.
 
 use std::ops::Range;
-use std::sync::Arc;
 
-use rayon::prelude::*;
 use wavecascade_formats::{Place, Sample};
 
-use super::super::assembly::ScratchFile;
-use super::super::file_bytes::FileBytes;
-use super::super::open::FileSource;
-use super::super::storage::{Bytes, Storage};
+use super::super::assembly::Assembly;
+use super::super::storage::Storage;
 use super::Arrays;
 use super::choose::Choice;
-use crate::error::{Error, InputFault, Result};
-use crate::system::memory::{half_of_free_memory, try_filled};
+use crate::error::{InputFault, Result};
 
 /// Bytes that are decoded at once, if a chunk is not longer.
 const SLAB: u64 = 32 << 20;
@@ -62,51 +57,17 @@ fn decoded(arrays: &Arrays, choice: &Choice) -> Result<Storage> {
         _ => 1,
     };
     let fitting = (SLAB / (row as u64).max(1)).max(1);
-    let slab_rows = fitting.next_multiple_of(chunk).max(chunk).min(rows as u64) as usize;
-    let slab_of = |slab: usize| {
-        let from = slab * slab_rows;
-        let mut block = block.clone();
-        block[slow] = from as u64..rows.min(from + slab_rows) as u64;
-        block
-    };
-    let read =
-        |slab: usize, out: &mut [u8]| Ok(container.read(choice.variable, &slab_of(slab), out)?);
-    let allowed = source.options.memory.unwrap_or_else(half_of_free_memory);
-    let bytes = if length as u64 <= allowed {
-        let refused = |_| Error::Refused {
-            what: "the decoded field",
-            needed: length as u64,
-        };
-        let mut all = try_filled(length, 0u8).map_err(refused)?;
-        all.par_chunks_mut(slab_rows * row)
-            .enumerate()
-            .try_for_each(|(slab, out)| read(slab, out))?;
-        Bytes::Unpacked(Arc::new(all))
-    } else {
-        Bytes::Spilled(spilled(source, length, slab_rows * row, read)?)
-    };
-    Ok(Storage::in_rows(bytes, sample, width, rows_are_times))
-}
-
-/// Decodes slab by slab to an unnamed file, which disappears when it is closed, however the program
-/// ends.
-fn spilled(
-    source: &FileSource,
-    length: usize,
-    slab: usize,
-    read: impl Fn(usize, &mut [u8]) -> Result<()>,
-) -> Result<Arc<FileBytes>> {
-    source.allow("a part of the field that is decoded at once", slab as u64)?;
-    let file = ScratchFile::new(length as u64)?;
-    let refused = |_| Error::Refused {
-        what: "a part of the field that is decoded at once",
-        needed: slab as u64,
-    };
-    let mut out = try_filled(slab, 0u8).map_err(refused)?;
-    for (n, from) in (0..length).step_by(slab).enumerate() {
-        let out = &mut out[..slab.min(length - from)];
-        read(n, out)?;
-        file.write(from as u64, out)?;
+    let at_once = fitting.next_multiple_of(chunk).max(chunk).min(rows as u64) as usize;
+    let shape = [rows, width];
+    let mut assembly = Assembly::new("the decoded field", sample, shape, source.options)?;
+    if !assembly.is_in_memory() {
+        let part = (at_once * row) as u64;
+        source.allow("a part of the field that is decoded at once", part)?;
     }
-    file.finish()
+    assembly.fill(at_once, |part, out| {
+        let mut block = block.clone();
+        block[slow] = part.start as u64..part.end as u64;
+        Ok(container.read(choice.variable, &block, out)?)
+    })?;
+    assembly.finish(rows_are_times)
 }

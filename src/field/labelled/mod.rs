@@ -21,6 +21,7 @@ use wavecascade_formats::{
 use super::coordinates::{Coordinates, Listed};
 use super::file_bytes::FileBytes;
 use super::meaning::{Meaning, known_as, may_scale, quantity, with_unit};
+use super::memory::SharedBytes;
 use super::open::{Contents, FileSource};
 use super::options::Delays;
 use super::scan::NamedNumber;
@@ -82,28 +83,20 @@ impl<'a> Arrays<'a> {
             unreachable!("a chosen variable holds numbers")
         };
         let bytes = self.container.bytes(i)?;
-        let (
-            Some(bytes),
-            Place::Strided {
-                start,
-                strides,
-                order,
-                is_in_file,
-            },
-        ) = (bytes, &variable.place)
-        else {
+        let (Some(bytes), Place::Strided(strided)) = (bytes, &variable.place) else {
             return Ok(None);
         };
-        let bytes = match is_in_file {
+        let bytes = match strided.is_in_file {
             true => Bytes::File(Arc::clone(&self.source.bytes)),
-            false => Bytes::Unpacked(bytes),
+            false => Bytes::Held(SharedBytes(bytes)),
         };
+        let strides = &strided.strides;
         let skipped = fixed.iter().map(|&(d, index)| index * strides[d]);
-        let start = (start + skipped.sum::<u64>()) as usize;
+        let start = (strided.start + skipped.sum::<u64>()) as usize;
         let lengths = dimensions.map(|d| d.map_or(1, |d| variable.dimensions[d].len as usize));
         // The only site lies wherever the records begin.
         let strides = dimensions.map(|d| d.map_or(sample.bytes() as u64, |d| strides[d]) as isize);
-        let numbers = (sample, *order);
+        let numbers = (sample, strided.order);
         Ok(Some(Storage::new(bytes, numbers, start, lengths, strides)))
     }
 

@@ -1,8 +1,6 @@
 //! By how many samples a record comes later than another one.
 
-use std::sync::Arc;
-
-use column_fft::{Complex, ComplexToReal, RealToComplex, rows};
+use column_fft::{Complex, rows};
 
 use crate::numeric::sorted;
 
@@ -18,103 +16,50 @@ pub(super) struct Delay {
     pub(super) coefficient: f64,
 }
 
-/// The first record, to which others are compared.
+/// The delay of `record` against the first one; `None` if one of them has a sample that is not finite, or all are equal.
 ///
 /// With the records less their medians, which are the baseline of a blow, `c(L) = sum_n a[n] b[n + L]` over all `n` at which both are known, for
 /// all `L` at which there is one. The delay is the `L` of the largest `c`, the smallest distance first.
-pub(super) struct Correlator {
-    first: Vec<f64>,
-    energy: f64,
-    plans: Plans,
-    /// Transform of the first record.
-    spectrum: Vec<Complex<f64>>,
-}
-
-struct Plans {
-    forward: Arc<dyn RealToComplex<f64>>,
-    inverse: Arc<dyn ComplexToReal<f64>>,
-}
-
-impl Plans {
-    fn new(len: usize) -> Plans {
-        Plans {
-            forward: rows::plan_fft_forward(len),
-            inverse: rows::plan_fft_inverse(len),
-        }
-    }
-
-    fn len(&self) -> usize {
-        self.forward.len()
-    }
-
-    /// The transform of a record with zeros behind it.
-    fn spectrum(&self, record: &[f64]) -> Vec<Complex<f64>> {
+pub(super) fn delay(first: &[f64], record: &[f64]) -> Option<Delay> {
+    let (first, own) = without_median(first)?;
+    let (record, others) = without_median(record)?;
+    let len = (first.len() + first.len().max(record.len())).next_power_of_two();
+    let forward = rows::plan_fft_forward(len);
+    let inverse = rows::plan_fft_inverse(len);
+    let spectrum = |record: &[f64]| {
+        // With zeros behind it.
         let mut padded = record.to_vec();
-        padded.resize(self.len(), 0.0);
-        let mut spectrum = self.forward.make_output_vec();
-        let done = self.forward.process(&mut padded, &mut spectrum);
+        padded.resize(len, 0.0);
+        let mut spectrum = forward.make_output_vec();
+        let done = forward.process(&mut padded, &mut spectrum);
         done.expect("lengths as planned");
         spectrum
-    }
-
-    fn back(&self, mut spectrum: Vec<Complex<f64>>) -> Vec<f64> {
-        let mut series = self.inverse.make_output_vec();
-        let done = self.inverse.process(&mut spectrum, &mut series);
-        done.expect("lengths as planned");
-        series
-    }
-}
-
-impl Correlator {
-    /// `None` if `first` has a sample that is not finite, or all are equal.
-    pub(super) fn new(first: &[f64]) -> Option<Correlator> {
-        let (first, energy) = without_median(first)?;
-        let plans = Plans::new((2 * first.len()).next_power_of_two());
-        Some(Correlator {
-            spectrum: plans.spectrum(&first),
-            first,
-            energy,
-            plans,
-        })
-    }
-
-    /// The delay of `record` against the first one; `None` as for [`Correlator::new`].
-    pub(super) fn delay(&self, record: &[f64]) -> Option<Delay> {
-        let (record, energy) = without_median(record)?;
-        let needed = self.first.len() + record.len();
-        if needed <= self.plans.len() {
-            return Some(self.peak(&self.plans, &self.spectrum, &record, energy));
-        }
-        let plans = Plans::new(needed.next_power_of_two());
-        Some(self.peak(&plans, &plans.spectrum(&self.first), &record, energy))
-    }
-
-    fn peak(&self, plans: &Plans, first: &[Complex<f64>], record: &[f64], energy: f64) -> Delay {
-        let spectrum = plans.spectrum(record);
-        let product = first.iter().zip(&spectrum).map(|(a, b)| a.conj() * b);
-        let series = plans.back(product.collect());
-        let at = |lag: i64| series[lag.rem_euclid(series.len() as i64) as usize];
-        let (least, most) = (1 - self.first.len() as i64, record.len() as i64 - 1);
-        let near_first = (0..=most.max(-least)).flat_map(|lag| [-lag, lag]);
-        let mut samples = 0;
-        for lag in near_first.filter(|lag| (least..=most).contains(lag)) {
-            if at(lag) > at(samples) {
-                samples = lag;
-            }
-        }
-        let (before, here, after) = (at(samples - 1), at(samples), at(samples + 1));
-        let bend = before - 2.0 * here + after;
-        let fraction = match bend < 0.0 {
-            true => (before - after) / (2.0 * bend),
-            false => 0.0,
-        };
-        let scale = plans.len() as f64 * (self.energy * energy).sqrt();
-        Delay {
-            samples,
-            fraction: fraction.clamp(-0.5, 0.5),
-            coefficient: here / scale,
+    };
+    let pairs = spectrum(&first).into_iter().zip(spectrum(&record));
+    let mut product: Vec<Complex<f64>> = pairs.map(|(a, b)| a.conj() * b).collect();
+    let mut series: Vec<f64> = inverse.make_output_vec();
+    let done = inverse.process(&mut product, &mut series);
+    done.expect("lengths as planned");
+    let at = |lag: i64| series[lag.rem_euclid(len as i64) as usize];
+    let (least, most) = (1 - first.len() as i64, record.len() as i64 - 1);
+    let near_first = (0..=most.max(-least)).flat_map(|lag| [-lag, lag]);
+    let mut samples = 0;
+    for lag in near_first.filter(|lag| (least..=most).contains(lag)) {
+        if at(lag) > at(samples) {
+            samples = lag;
         }
     }
+    let (before, here, after) = (at(samples - 1), at(samples), at(samples + 1));
+    let bend = before - 2.0 * here + after;
+    let fraction = match bend < 0.0 {
+        true => (before - after) / (2.0 * bend),
+        false => 0.0,
+    };
+    Some(Delay {
+        samples,
+        fraction: fraction.clamp(-0.5, 0.5),
+        coefficient: here / (len as f64 * (own * others).sqrt()),
+    })
 }
 
 /// A record less its median, and the energy that is left; `None` if there is none.

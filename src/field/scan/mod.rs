@@ -13,7 +13,7 @@ use super::assembly::Assembly;
 use super::coordinates::{Coordinates, Listed};
 use super::options::OpenOptions;
 use super::resample::resampled;
-use super::{Field, Note};
+use super::{Field, Note, Sample};
 use crate::error::{Error, Result, ScanFault};
 use crate::measure::digits;
 use position::{Positions, factor, fault_of};
@@ -198,18 +198,18 @@ impl Scan {
             unit: positions.unit,
             ..listed.even
         };
-        let first = &heads[0];
+        let Head { path, field, .. } = &heads[0];
         let space = even.axis([options.x0, options.dx], options.space_unit.clone());
-        let space = space.map_err(Error::input(&first.path))?;
-        let mut time = first.time.clone();
+        let space = space.map_err(Error::input(path))?;
+        let mut time = field.time.clone();
         time.origin += alignment.start as f64 * time.step;
         let field = Field {
-            name: name(&first.path),
+            name: name(path),
             time,
             space,
-            quantity: first.quantity,
-            unit: first.unit.clone(),
-            dispersion: first.dispersion.clone(),
+            quantity: field.quantity,
+            unit: field.unit.clone(),
+            dispersion: field.dispersion.clone(),
             content_hash: Some(hash),
             notes,
             ..Field::of_storage(storage, (alignment.n_times, n_sites))
@@ -266,7 +266,8 @@ impl Scan {
         options: &OpenOptions,
         [n_sites, n_times]: [usize; 2],
     ) -> Result<(Assembly, String)> {
-        let mut assembly = Assembly::new("the field of all files", [n_sites, n_times], options)?;
+        let (what, shape) = ("the field of all files", [n_sites, n_times]);
+        let mut assembly = Assembly::new(what, Sample::F64, shape, options)?;
         let at_once = rayon::current_num_threads().max(1);
         let mut hasher = blake3::Hasher::new();
         let mut sum = vec![0.0; n_times];
@@ -322,7 +323,7 @@ impl Scan {
 /// The shifts of the records: by the delays of the references, else by the times of the files.
 fn alignment(scan: &Scan, heads: &[Head], options: &OpenOptions) -> Result<Alignment> {
     let (jitter, method) = (options.jitter, options.resample.time);
-    let first = &heads[0].time;
+    let first = &heads[0].field.time;
     let shift = |head: &Head| -> Result<Shift> {
         if let (Some(_), Some(delay)) = (&scan.reference, head.delay) {
             let left = Shift {
@@ -334,12 +335,12 @@ fn alignment(scan: &Scan, heads: &[Head], options: &OpenOptions) -> Result<Align
             let resampled = method.and_then(|_| Shift::of(exact, jitter, method));
             return Ok(resampled.unwrap_or(left));
         }
-        let shift = (head.time.origin - first.origin) / first.step;
+        let shift = (head.field.time.origin - first.origin) / first.step;
         let parts = Shift::of(shift, jitter, method);
         parts.ok_or_else(|| fault_of(&head.path, ScanFault::Fraction { shift }))
     };
     let shifts = heads.iter().map(shift).collect::<Result<Vec<_>>>()?;
-    let lengths = heads.iter().map(|head| head.n_times).collect();
+    let lengths = heads.iter().map(|head| head.field.n_times).collect();
     Alignment::new(shifts, lengths, method).map_err(|Apart { early, late }| {
         let other = heads[late].path.clone();
         fault_of(&heads[early].path, ScanFault::NoCommonTime { other })
@@ -353,7 +354,7 @@ fn taken(heads: &[Head], at: &[f64], alignment: &Alignment) -> Vec<ScanRecord> {
         .map(|((head, &position), shift)| ScanRecord {
             path: head.path.clone(),
             position,
-            n_times: head.n_times,
+            n_times: head.field.n_times,
             // No negative zeros.
             delay: 0.0 - shift.total(),
             left: 0.0 - shift.left,

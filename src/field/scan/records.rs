@@ -6,10 +6,9 @@ use rayon::prelude::*;
 
 use super::super::align::Alignment;
 use super::super::options::OpenOptions;
-use super::super::state::FileState;
-use super::super::{Axis, Field, Note, Quantity};
+use super::super::{Field, Note};
 use super::Scan;
-use super::correlate::{Correlator, Delay};
+use super::correlate::{Delay, delay};
 use super::position::fault_of;
 use crate::error::{Error, InputFault, Result, ScanFault};
 
@@ -17,15 +16,10 @@ use crate::error::{Error, InputFault, Result, ScanFault};
 #[derive(Debug)]
 pub(super) struct Head {
     pub(super) path: PathBuf,
-    pub(super) n_times: usize,
-    pub(super) time: Axis,
-    pub(super) quantity: Quantity,
-    pub(super) unit: Option<String>,
-    pub(super) dispersion: Option<String>,
+    /// Without its samples.
+    pub(super) field: Field,
     /// Of the reference channel, if there is one.
     pub(super) delay: Option<Delay>,
-    notes: Vec<Note>,
-    state: Option<FileState>,
 }
 
 /// One channel of an opened file.
@@ -46,66 +40,47 @@ impl Channel {
 
 /// The heads of all files, in their order.
 pub(super) fn heads(scan: &Scan, paths: &[&PathBuf], options: &OpenOptions) -> Result<Vec<Head>> {
-    let unhashed = OpenOptions {
+    let options = OpenOptions {
         hash: false,
         ..options.clone()
     };
-    let reference = match &scan.reference {
-        None => None,
-        Some(name) => Some((name, reference_of(paths[0], name, &unhashed)?)),
+    let reference = |path: &Path| match &scan.reference {
+        Some(name) => channel(path, name, &options).map(|channel| Some(channel.samples())),
+        None => Ok(None),
     };
-    let all: Vec<Result<Head>> = paths
-        .par_iter()
-        .map(|path| {
-            let channel = record(scan, path, &unhashed)?;
-            let delay = match &reference {
-                None => None,
-                Some((name, first)) => Some(delay(scan, path, name, first, &unhashed)?),
-            };
-            let field = channel.field;
-            Ok(Head {
-                path: path.to_path_buf(),
-                n_times: field.n_times(),
-                delay,
-                state: field.file_state(),
-                time: field.time,
-                quantity: field.quantity,
-                unit: field.unit,
-                dispersion: field.dispersion,
-                notes: field.notes,
-            })
+    let first = reference(paths[0])?;
+    let head = |path: &&PathBuf| {
+        let field = record(scan, path, &options)?.field.without_samples();
+        let delay = match (&first, reference(path)?) {
+            (Some(first), Some(record)) => Some(known_delay(scan, path, first, &record)?),
+            _ => None,
+        };
+        Ok(Head {
+            path: path.to_path_buf(),
+            field,
+            delay,
         })
-        .collect();
+    };
+    let all: Vec<Result<Head>> = paths.par_iter().map(head).collect();
     // The first fault in the order of the sites.
     all.into_iter().collect()
 }
 
-fn reference_of(path: &Path, name: &str, options: &OpenOptions) -> Result<Correlator> {
-    let record = channel(path, name, options)?.samples();
-    Correlator::new(&record).ok_or_else(|| fault_of(path, ScanFault::NoReference))
-}
-
-fn delay(
-    scan: &Scan,
-    path: &Path,
-    name: &str,
-    first: &Correlator,
-    options: &OpenOptions,
-) -> Result<Delay> {
-    let record = channel(path, name, options)?.samples();
-    let delay = first.delay(&record);
+/// The delay of a record of the reference against the first one, if both are alike.
+fn known_delay(scan: &Scan, path: &Path, first: &[f64], record: &[f64]) -> Result<Delay> {
+    let delay = delay(first, record);
     let delay = delay.ok_or_else(|| fault_of(path, ScanFault::NoReference))?;
-    if delay.coefficient < scan.least_correlation {
-        return Err(fault_of(
-            path,
-            ScanFault::Uncorrelated {
+    match delay.coefficient < scan.least_correlation {
+        false => Ok(delay),
+        true => {
+            let unlike = ScanFault::Uncorrelated {
                 least: scan.least_correlation,
                 found: delay.coefficient,
                 delay: delay.samples,
-            },
-        ));
+            };
+            Err(fault_of(path, unlike))
+        }
     }
-    Ok(delay)
 }
 
 /// The common part of record `n`, and the hash of its file.
@@ -128,7 +103,7 @@ pub(super) fn aligned(
     };
     alignment.record(n, read, &mut out);
     // Nothing was written to the file since its head was read.
-    head.state.as_ref().map_or(Ok(()), FileState::check)?;
+    head.field.check_unchanged()?;
     Ok((out, channel.field.content_hash.unwrap_or_default()))
 }
 
@@ -200,34 +175,29 @@ fn column(field: &Field, name: &str) -> Option<usize> {
 
 /// That all records have the step, the unit and the quantity of the first.
 pub(super) fn check_alike(heads: &[Head], jitter: f64) -> Result<()> {
-    let first = &heads[0];
-    for head in heads {
+    let first = &heads[0].field;
+    for Head { path, field, .. } in heads {
         let unit = |unit: &Option<String>| unit.clone().unwrap_or_else(|| "not stated".into());
         // Over the whole record, less than a jitter.
-        let drift = (head.time.step - first.time.step).abs() * head.n_times as f64;
+        let drift = (field.time.step - first.time.step).abs() * field.n_times as f64;
         let is_one_step = drift <= jitter.max(1e-6) * first.time.step;
-        let step = |of: &Head| match is_one_step {
-            true => String::new(),
-            false => of.time.step.to_string(),
+        let said = |of: &Field| {
+            [
+                ("the unit of time", unit(&of.time.unit)),
+                ("the step", of.time.step.to_string()),
+                ("the quantity", of.quantity.name().to_owned()),
+                ("the unit", unit(&of.unit)),
+            ]
         };
-        let quantity = |of: &Head| of.quantity.name().to_owned();
-        for (what, [expected, found]) in [
-            (
-                "the unit of time",
-                [first, head].map(|of| unit(&of.time.unit)),
-            ),
-            ("the step", [first, head].map(step)),
-            ("the quantity", [first, head].map(quantity)),
-            ("the unit", [first, head].map(|of| unit(&of.unit))),
-        ] {
-            if expected != found {
-                let unlike = ScanFault::Unlike {
-                    what,
-                    expected,
-                    found,
-                };
-                return Err(fault_of(&head.path, unlike));
-            }
+        let mut pairs = said(first).into_iter().zip(said(field));
+        let differs = |(a, b): &((_, _), (_, _))| a != b && !(a.0 == "the step" && is_one_step);
+        if let Some(((what, expected), (_, found))) = pairs.find(differs) {
+            let unlike = ScanFault::Unlike {
+                what,
+                expected,
+                found,
+            };
+            return Err(fault_of(path, unlike));
         }
     }
     Ok(())
@@ -236,7 +206,7 @@ pub(super) fn check_alike(heads: &[Head], jitter: f64) -> Result<()> {
 /// What was concluded about the files: of each kind what was said first.
 pub(super) fn notes(heads: &[Head]) -> Vec<Note> {
     let mut notes: Vec<Note> = Vec::new();
-    for note in heads.iter().flat_map(|head| &head.notes) {
+    for note in heads.iter().flat_map(|head| &head.field.notes) {
         if notes.iter().all(|known| known.code != note.code) {
             notes.push(note.clone());
         }

@@ -94,7 +94,7 @@ pub(super) fn assign(walk: &mut Walk) {
             let place = scale.filter(fits).and_then(|scale| scale.place);
             dimension.coordinate = place.map(Coordinate::Listed);
         }
-        attributes.0.retain(|(name, _)| match name.as_str() {
+        attributes.0.retain(|name, _| match name.as_str() {
             "CLASS" | "NAME" => !is_scale,
             "DIMENSION_LABELS" | "_Netcdf4Dimid" | "_Netcdf4Coordinates" => false,
             _ => true,

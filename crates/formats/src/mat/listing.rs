@@ -2,10 +2,9 @@
 
 use crate::container::{Block, Decoder};
 use crate::cursor::Budget;
-use crate::rows::{Strided, misfit};
 use crate::{
-    ByteOrder, Bytes, Container, Dimension, Error, Format, Options, Place, Result, Sample, Value,
-    Variable, strides,
+    ByteOrder, Bytes, Container, Dimension, Error, Format, Options, Place, Result, Sample, Strided,
+    Value, Variable, strides,
 };
 
 /// Structs and cells of a few bytes each must not fill the memory with their names.
@@ -59,18 +58,29 @@ impl Listing {
         Ok(())
     }
 
-    /// Lists a text, one a row, which becomes an attribute too.
+    /// Lists a text at byte `at` of `part`, which becomes an attribute too: its rows, whose characters are stored by
+    /// columns. A text of more than two dimensions has none.
     pub(super) fn push_text(
         &mut self,
         path: String,
         shape: &[u64],
-        mut rows: Vec<String>,
+        text: String,
+        (part, at): (Part, usize),
     ) -> Result<()> {
+        let all: Vec<char> = text.chars().collect();
         let attributes = &mut self.container.attributes;
-        if rows.len() > 1 {
-            attributes.insert(path.clone(), Value::Texts(rows));
-        } else if let Some(text) = rows.pop() {
-            attributes.insert_text(path.clone(), text);
+        match *shape {
+            [0 | 1, _] => attributes.insert_text(path.clone(), text),
+            [rows, columns] if rows.checked_mul(columns) != Some(all.len() as u64) => {
+                let expected = format!("{rows} rows of {columns} characters");
+                return Err(part.damaged(at, expected, format!("{} characters", all.len())));
+            }
+            [rows, _] if !all.is_empty() => {
+                let row = |i| all.iter().skip(i).step_by(rows as usize).collect();
+                let rows = (0..rows as usize).map(row).collect();
+                attributes.insert(path.clone(), Value::Texts(rows));
+            }
+            _ => {}
         }
         self.push_other(path, shape, "text")
     }
@@ -86,23 +96,20 @@ impl Listing {
         start: usize,
     ) -> Result<()> {
         self.count(&path, shape)?;
-        let strides = strides(shape, disk, true);
-        let (order, start) = (part.order, start as u64);
+        let strided = Strided {
+            is_in_file: part.inflated.is_none(),
+            ..Strided::new(start as u64, strides(shape, disk, true), part.order)
+        };
         let mut variable = Variable::new(path.clone(), dimensions(shape), class);
+        let inflated = part.inflated.map(|(bytes, _)| Bytes::clone(bytes));
         let is_bool = class == Sample::Bool && disk.bytes() == 1;
         if disk == class || is_bool {
-            variable.place = Place::Strided {
-                start,
-                strides,
-                order,
-                is_in_file: part.inflated.is_none(),
-            };
-            match part.inflated {
+            variable.place = Place::Strided(strided);
+            match inflated {
                 None => self.container.push(variable),
-                Some((inflated, _)) => {
-                    let inflated = Bytes::clone(inflated);
-                    self.container
-                        .push_in(variable, move || Ok(Bytes::clone(&inflated)));
+                Some(bytes) => {
+                    let unpack = move || Ok(Bytes::clone(&bytes));
+                    self.container.push_in(variable, unpack);
                 }
             }
             return Ok(());
@@ -112,12 +119,9 @@ impl Listing {
         variable.place = Place::Encoded { rows };
         let columns = Columns {
             path,
-            bytes: Bytes::clone(part.inflated.map_or(&self.file, |(bytes, _)| bytes)),
-            start,
-            strides,
-            order,
-            disk,
-            class,
+            bytes: inflated.unwrap_or_else(|| Bytes::clone(&self.file)),
+            strided,
+            samples: [disk, class],
         };
         self.container.push_decoded(variable, columns);
         Ok(())
@@ -143,51 +147,15 @@ fn dimensions(shape: &[u64]) -> Vec<Dimension> {
 struct Columns {
     path: String,
     bytes: Bytes,
-    start: u64,
-    strides: Vec<u64>,
-    order: ByteOrder,
-    /// Type of the stored numbers.
-    disk: Sample,
-    /// Type that MATLAB gives them.
-    class: Sample,
+    strided: Strided,
+    /// Types of the stored numbers and of those that MATLAB holds.
+    samples: [Sample; 2],
 }
 
 impl Decoder for Columns {
     fn read(&self, block: Block, out: &mut [u8]) -> Result<()> {
-        let stored = Strided {
-            start: self.start,
-            strides: &self.strides,
-            order: self.order,
-            sample: self.disk,
-        };
-        let copied = stored.copy((*self.bytes).as_ref(), block, self.class, out);
-        copied.map_err(|number| misfit(&self.path, self.class, number))
+        let bytes = (*self.bytes).as_ref();
+        let copied = self.strided.copy(bytes, block, self.samples, out);
+        copied.map_err(|number| Variable::misfit(&self.path, self.samples[1], number))
     }
-}
-
-/// How many samples an array has; none beyond a `u64`.
-pub(super) fn count(shape: &[u64]) -> Option<u64> {
-    shape.iter().try_fold(1u64, |n, len| n.checked_mul(*len))
-}
-
-/// Characters stored by columns as rows; those of a rank beyond 2 are none.
-///
-/// # Errors
-/// What is expected, if there are more or fewer.
-pub(super) fn rows_of_text(
-    shape: &[u64],
-    text: &[char],
-) -> std::result::Result<Vec<String>, String> {
-    let &[rows, columns] = shape else {
-        return Ok(Vec::new());
-    };
-    if rows <= 1 {
-        return Ok(vec![text.iter().collect()]);
-    }
-    if rows.checked_mul(columns) != Some(text.len() as u64) {
-        return Err(format!("{rows} rows of {columns} characters"));
-    }
-    let rows = if text.is_empty() { 0 } else { rows as usize };
-    let row = |i| text.iter().skip(i).step_by(rows).collect();
-    Ok((0..rows).map(row).collect())
 }

@@ -24,3 +24,9 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     }
     Ok(listing.container)
 }
+
+/// A name as far as a 0.
+fn until_zero(name: &[u8]) -> String {
+    let name = name.split(|c| *c == 0).next();
+    String::from_utf8_lossy(name.unwrap_or_default()).into_owned()
+}

@@ -1,9 +1,13 @@
 //! Version 4: matrices, each behind a header of 20 bytes and its name.
 
-use super::listing::{Listing, Part, count, rows_of_text};
+use std::ops::Range;
+
+use super::listing::{Listing, Part};
+use super::until_zero;
+use crate::cursor::Cursor;
 use crate::{ByteOrder, Error, Result, Sample};
 
-const HEADER: usize = 20;
+const HEADER: u64 = 20;
 const SAMPLES: [Sample; 6] = [
     Sample::F64,
     Sample::F32,
@@ -12,151 +16,121 @@ const SAMPLES: [Sample; 6] = [
     Sample::U16,
     Sample::U8,
 ];
+/// Kinds of matrices; others are full ones.
+const TEXT: i64 = 1;
+const SPARSE: i64 = 2;
 
-/// Header of a matrix.
-struct Header {
+/// What the header of a matrix says.
+struct Matrix {
     order: ByteOrder,
     sample: Sample,
-    kind: Kind,
+    kind: i64,
     shape: [u64; 2],
     is_complex: bool,
-    /// With the 0 that ends it.
-    name_len: usize,
-}
-
-#[derive(PartialEq)]
-enum Kind {
-    Full,
-    Text,
-    Sparse,
+    /// Bytes of its name, with the 0 that ends it, and of its numbers.
+    name: Range<usize>,
+    numbers: Range<usize>,
 }
 
 /// Whether the bytes begin with a header whose matrix they hold.
 pub(crate) fn is_header(bytes: &[u8]) -> bool {
-    let Ok(header) = Header::parse(bytes, 0) else {
-        return false;
-    };
-    let name = bytes.get(HEADER..HEADER + header.name_len);
-    let is_name = name.is_some_and(|name| {
-        let (last, name) = name.split_last().unwrap_or((&1, &[]));
-        let is_word = |c: &u8| c.is_ascii_alphanumeric() || *c == b'_';
-        *last == 0 && !name.is_empty() && name.iter().all(is_word)
-    });
-    is_name && header.end(0).is_some_and(|end| end <= bytes.len())
+    let is_word = |c: &u8| c.is_ascii_alphanumeric() || *c == b'_';
+    Matrix::at(bytes, 0).is_ok_and(|matrix| match &bytes[matrix.name] {
+        [name @ .., 0] => !name.is_empty() && name.iter().all(is_word),
+        _ => false,
+    })
 }
 
 /// Lists the variables of a file.
 pub(super) fn list(bytes: &[u8], listing: &mut Listing) -> Result<()> {
     let mut at = 0;
     while at < bytes.len() {
-        let header = Header::parse(bytes, at)?;
-        let end = header.end(at).filter(|end| *end <= bytes.len());
-        let Some(end) = end else {
-            let [rows, columns] = header.shape;
-            let expected = format!("a matrix of {rows} rows and {columns} columns");
-            let found = format!("the end of the file at byte {}", bytes.len());
-            return Err(Error::damaged(format!("byte {at}"), expected, found));
-        };
-        let start = at + HEADER + header.name_len;
-        let name = bytes[at + HEADER..start].split(|c| *c == 0).next();
-        let path = String::from_utf8_lossy(name.unwrap_or_default()).into_owned();
-        let shape = &header.shape;
+        let matrix = Matrix::at(bytes, at)?;
+        let (path, shape) = (until_zero(&bytes[matrix.name]), &matrix.shape);
+        let (start, order, sample) = (matrix.numbers.start, matrix.order, matrix.sample);
+        at = matrix.numbers.end;
         let part = Part {
             bytes,
-            order: header.order,
+            order,
             inflated: None,
         };
-        if header.kind == Kind::Sparse {
-            listing.push_other(path, shape, "a sparse matrix")?;
-        } else if header.is_complex {
-            listing.push_other(path, shape, "complex numbers")?;
-        } else if header.kind == Kind::Text {
-            // At worst each character is a `String`.
-            listing.budget.take(40 * (end - start) as u64)?;
-            let codes = bytes[start..end].chunks_exact(header.sample.bytes());
-            let character = |code| header.sample.to_f64(header.order, code) as u32;
-            let character = |code| char::from_u32(character(code)).unwrap_or('\u{fffd}');
-            let text: Vec<char> = codes.map(character).collect();
-            let found = format!("{} characters", text.len());
-            let rows = rows_of_text(shape, &text);
-            let rows = rows.map_err(|expected| part.damaged(start, expected, found))?;
-            listing.push_text(path, shape, rows)?;
-        } else {
-            listing.push_numbers(path, shape, [header.sample; 2], part, start)?;
+        match matrix.kind {
+            SPARSE => listing.push_other(path, shape, "a sparse matrix")?,
+            _ if matrix.is_complex => listing.push_other(path, shape, "complex numbers")?,
+            TEXT => {
+                // At worst each character is a `String`.
+                listing.budget.take(40 * (at - start) as u64)?;
+                let codes = bytes[matrix.numbers].chunks_exact(sample.bytes());
+                let codes = codes.map(|code| char::from_u32(sample.to_f64(order, code) as u32));
+                let text = codes.map(|code| code.unwrap_or(char::REPLACEMENT_CHARACTER));
+                listing.push_text(path, shape, text.collect(), (part, start))?;
+            }
+            _ => listing.push_numbers(path, shape, [sample; 2], part, start)?,
         }
-        at = end;
     }
     Ok(())
 }
 
-impl Header {
-    fn parse(bytes: &[u8], at: usize) -> Result<Header> {
-        let damaged =
-            |expected: &str, found: String| Error::damaged(format!("byte {at}"), expected, found);
-        let Some(words) = bytes.get(at..).and_then(|rest| rest.get(..HEADER)) else {
-            let found = format!("{} bytes", bytes.len() - at);
-            return Err(damaged("the header of a matrix (20 bytes)", found));
+impl Matrix {
+    /// The matrix whose header is at byte `at`.
+    fn at(bytes: &[u8], at: usize) -> Result<Matrix> {
+        let cursor = Cursor {
+            bytes,
+            at,
+            order: ByteOrder::Little,
         };
+        let words = cursor.clone().take(HEADER, "the header of a matrix")?;
         let word = |order, i: usize| {
             let word = Sample::I32.to_i64(order, &words[4 * i..][..4]);
             word.unwrap_or_default()
         };
         // The type is at most 4052, which the other byte order makes larger.
-        let little = word(ByteOrder::Little, 0);
-        let order = match little {
+        let order = match word(ByteOrder::Little, 0) {
             0..=4052 => ByteOrder::Little,
             _ => ByteOrder::Big,
         };
-        let kind = word(order, 0);
+        let [code, rows, columns, imaginary, name] = [0, 1, 2, 3, 4].map(|i| word(order, i));
         let refused = |what: &str| {
-            Err(Error::unsupported(
-                what,
-                "save it again with MATLAB 5 or later",
-            ))
+            let way_out = "save it again with MATLAB 5 or later";
+            Err(Error::unsupported(what, way_out))
         };
-        match (kind / 1000, order) {
+        match (code / 1000, order) {
             (0, ByteOrder::Little) | (1, ByteOrder::Big) => {}
             (2 | 3, _) => return refused("a MATLAB 4 file with numbers of a VAX"),
             (4, _) => return refused("a MATLAB 4 file with numbers of a Cray"),
-            _ => return Err(damaged("the type of a matrix", kind.to_string())),
+            _ => return Err(cursor.damaged("the type of a matrix", code)),
         }
-        let sample = SAMPLES.get((kind / 10 % 100) as usize);
-        let kinds = [Kind::Full, Kind::Text, Kind::Sparse].into_iter();
-        let matrix = kinds.into_iter().nth((kind % 10) as usize);
-        let (Some(&sample), Some(matrix)) = (sample, matrix) else {
-            return Err(damaged("the type of a matrix", kind.to_string()));
-        };
-        let length = |i| {
-            let length = word(order, i);
-            u64::try_from(length).map_err(|_| damaged("a length of 0 or more", length.to_string()))
-        };
-        let is_complex = match word(order, 3) {
-            0 => false,
-            1 => true,
-            other => return Err(damaged("0 or 1 for an imaginary part", other.to_string())),
-        };
-        let name_len = length(4)?;
-        Ok(Header {
-            order,
-            sample,
-            kind: matrix,
-            shape: [length(1)?, length(2)?],
-            is_complex,
-            name_len: usize::try_from(name_len)
-                .map_err(|_| damaged("the length of a name", name_len.to_string()))?,
-        })
-    }
-
-    /// Where the matrix ends; `None` beyond a `usize`.
-    fn end(&self, at: usize) -> Option<usize> {
-        let parts = if self.is_complex && self.kind != Kind::Sparse {
+        let sample = SAMPLES.get((code / 10 % 100) as usize).copied();
+        let sample = sample.filter(|_| code % 10 <= SPARSE);
+        let sample = sample.ok_or_else(|| cursor.damaged("the type of a matrix", code))?;
+        if let Some(length) = [rows, columns, name].into_iter().find(|length| *length < 0) {
+            return Err(cursor.damaged("a length of 0 or more", length));
+        }
+        if !(0..=1).contains(&imaginary) {
+            return Err(cursor.damaged("0 or 1 for an imaginary part", imaginary));
+        }
+        let (kind, shape) = (code % 10, [rows as u64, columns as u64]);
+        let parts = if imaginary == 1 && kind != SPARSE {
             2
         } else {
             1
         };
-        let count = count(&self.shape)?;
-        let bytes = count.checked_mul(parts * self.sample.bytes() as u64)?;
-        let start = at.checked_add(HEADER)?.checked_add(self.name_len)?;
-        start.checked_add(usize::try_from(bytes).ok()?)
+        let start = at + HEADER as usize + name as usize;
+        let end = (shape[0] * shape[1]).checked_mul(parts * sample.bytes() as u64);
+        let end = end.and_then(|bytes| start.checked_add(usize::try_from(bytes).ok()?));
+        let Some(end) = end.filter(|end| *end <= bytes.len()) else {
+            let expected = format!("a matrix of {rows} rows and {columns} columns");
+            let found = format!("the end of the file at byte {}", bytes.len());
+            return Err(cursor.damaged(expected, found));
+        };
+        Ok(Matrix {
+            order,
+            sample,
+            kind,
+            shape,
+            is_complex: imaginary == 1,
+            name: start - name as usize..start,
+            numbers: start..end,
+        })
     }
 }

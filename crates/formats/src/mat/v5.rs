@@ -7,7 +7,8 @@ use std::sync::Arc;
 use flate2::read::ZlibDecoder;
 use rayon::prelude::*;
 
-use super::listing::{Listing, Part, count, rows_of_text};
+use super::listing::{Listing, Part};
+use super::until_zero;
 use crate::container::MAX_INFLATION;
 use crate::cursor::beginning;
 use crate::{ByteOrder, Bytes, Error, Result, Sample};
@@ -32,6 +33,13 @@ const COMPRESSED: u32 = 15;
 const UTF8: u32 = 16;
 const UTF16: u32 = 17;
 const UTF32: u32 = 18;
+
+/// Numbers of the classes from 6 to 15, and the types of elements that hold such numbers.
+const CLASSES: [Sample; 10] = {
+    use Sample::*;
+    [F64, F32, I8, U8, I16, U16, I32, U32, I64, U64]
+};
+const TYPES: [u32; 10] = [9, 7, INT8, UINT8, 3, UINT16, INT32, UINT32, 12, 13];
 
 /// Whether the bytes begin with the header of a file; that of version 7.3 is HDF5.
 pub(super) fn is_header(bytes: &[u8]) -> bool {
@@ -71,66 +79,56 @@ pub(super) fn list(bytes: &[u8], listing: &mut Listing) -> Result<()> {
         elements.push(all.next("a variable")?);
     }
     let mut compressed = Vec::new();
-    for element in elements.iter().filter(|e| e.kind == COMPRESSED) {
-        let deflated = &bytes[element.range.clone()];
-        let len = inflated_len(deflated, order, element.range.start)?;
+    for (_, range) in elements.iter().filter(|(kind, _)| *kind == COMPRESSED) {
+        let len = inflated_len(&file, range)?;
         listing.budget.take(len)?;
-        compressed.push((deflated, len, element.range.start));
+        compressed.push((range, len));
     }
-    let inflated = compressed
-        .par_iter()
-        .map(|(deflated, len, at)| inflate(deflated, *len, *at))
-        .collect::<Result<Vec<Bytes>>>()?;
+    let inflated = compressed.par_iter();
+    let inflated = inflated.map(|(range, len)| inflate(&file, range, *len));
+    let inflated = inflated.collect::<Result<Vec<Bytes>>>()?;
 
     let mut inflated = inflated.iter().zip(1..);
-    for element in elements {
-        match element.kind {
-            MATRIX => file.matrix(element.range, None, 0, listing)?,
-            COMPRESSED => {
-                let Some((own, number)) = inflated.next() else {
-                    continue;
-                };
+    for (kind, range) in &elements {
+        let (part, range) = match kind {
+            &MATRIX => (file, range.clone()),
+            &COMPRESSED => {
+                let (own, number) = inflated.next().expect("as many as are compressed");
+                let bytes = (**own).as_ref();
+                let inflated = Some((own, number));
                 let part = Part {
-                    bytes: (**own).as_ref(),
-                    inflated: Some((own, number)),
+                    bytes,
+                    inflated,
                     ..file
                 };
-                part.matrix(8..part.bytes.len(), None, 0, listing)?;
+                (part, 8..bytes.len())
             }
-            other => {
-                let found = format!("an element of type {other}");
-                return Err(file.damaged(element.range.start, "a matrix", found));
-            }
-        }
+            other => return Err(file.other(range.start, "a matrix", *other)),
+        };
+        list_array(part, range, None, 0, listing)?;
     }
     Ok(())
 }
 
 /// Bytes of a compressed matrix with its tag.
-fn inflated_len(deflated: &[u8], order: ByteOrder, at: usize) -> Result<u64> {
+fn inflated_len(file: &Part, range: &Range<usize>) -> Result<u64> {
+    let deflated = &file.bytes[range.clone()];
     let mut tag = [0; 8];
-    let damaged = |expected: String, found: String| {
-        Err(Error::damaged(format!("byte {at}"), expected, found))
-    };
     let read = ZlibDecoder::new(deflated).read_exact(&mut tag);
-    let [kind, len] = [word(order, &tag), word(order, &tag[4..])];
-    match read {
-        Err(error) => return damaged("a compressed matrix".into(), error.to_string()),
-        Ok(()) if kind != MATRIX => {
-            let found = format!("an element of type {kind}");
-            return damaged("a compressed matrix".into(), found);
-        }
-        Ok(()) => {}
+    read.map_err(|error| file.damaged(range.start, "a compressed matrix", error))?;
+    let [kind, len] = [word(file.order, &tag), word(file.order, &tag[4..])];
+    if kind != MATRIX {
+        return Err(file.other(range.start, "a compressed matrix", kind));
     }
     let len = u64::from(len) + 8;
     if len > MAX_INFLATION * deflated.len() as u64 {
         let expected = format!("at most {MAX_INFLATION} bytes for one that is compressed");
-        return damaged(expected, format!("{len} bytes"));
+        return Err(file.damaged(range.start, expected, format!("{len} bytes")));
     }
     Ok(len)
 }
 
-fn inflate(deflated: &[u8], len: u64, at: usize) -> Result<Bytes> {
+fn inflate(file: &Part, range: &Range<usize>, len: u64) -> Result<Bytes> {
     let mut out = Vec::new();
     // One more, so that the end of the stream and its checksum are read.
     let most = usize::try_from(len + 1).unwrap_or(usize::MAX);
@@ -139,105 +137,32 @@ fn inflate(deflated: &[u8], len: u64, at: usize) -> Result<Bytes> {
         needed: len,
         allowed: 0,
     })?;
-    let read = ZlibDecoder::new(deflated)
-        .take(len + 1)
-        .read_to_end(&mut out);
-    let found = match (read, out.len() as u64) {
-        (Err(error), _) => error.to_string(),
-        (_, found) if found == len => return Ok(Arc::new(out)),
-        (_, found) if found > len => "more".into(),
-        (_, found) => found.to_string(),
+    let decoder = ZlibDecoder::new(&file.bytes[range.clone()]);
+    let found = match decoder.take(len + 1).read_to_end(&mut out) {
+        Err(error) => error.to_string(),
+        Ok(found) if found as u64 == len => return Ok(Arc::new(out)),
+        Ok(found) if found as u64 > len => "more".into(),
+        Ok(found) => found.to_string(),
     };
-    Err(Error::damaged(
-        format!("byte {at}"),
-        format!("{len} bytes"),
-        found,
-    ))
+    Err(file.damaged(range.start, format!("{len} bytes"), found))
 }
 
-/// An element without its tag.
-struct Element {
-    kind: u32,
-    range: Range<usize>,
-}
-
-/// Elements one after another.
+/// Elements one after another, each with a tag of its type and length.
 struct Elements<'a> {
     part: Part<'a>,
     rest: Range<usize>,
 }
 
-/// What the header of a matrix says.
-struct Header {
-    class: u8,
-    is_complex: bool,
-    is_logical: bool,
-    shape: Vec<u64>,
-}
-
 impl Part<'_> {
-    fn word(&self, at: usize) -> u32 {
-        word(self.order, &self.bytes[at..])
-    }
-
-    /// Lists a matrix, or what a struct or cell array holds, under `path`, or under its own name.
-    fn matrix(
-        self,
-        range: Range<usize>,
-        path: Option<String>,
-        depth: usize,
-        listing: &mut Listing,
-    ) -> Result<()> {
-        let at = range.start;
-        let mut elements = Elements {
-            part: self,
-            rest: range,
-        };
-        if elements.rest.is_empty() {
-            // `[]` in a struct or cell array.
-            let path = path.unwrap_or_default();
-            return listing.push_numbers(path, &[0, 0], [Sample::F64; 2], self, at);
-        }
-        let flags = elements.next("flags of an array")?;
-        if flags.kind != UINT32 || flags.range.len() != 8 {
-            let found = format!("type {}, {} bytes", flags.kind, flags.range.len());
-            return Err(self.damaged(flags.range.start, "flags of an array", found));
-        }
-        let flags = self.word(flags.range.start);
-        let class = flags as u8;
-        let shape = match class {
-            17 => Vec::new(),
-            _ => elements.shape()?,
-        };
-        let header = Header {
-            class,
-            is_complex: flags & 0x800 != 0,
-            is_logical: flags & 0x200 != 0,
-            shape,
-        };
-        let name = elements.text("the name of an array")?;
-        let path = path.unwrap_or(name);
-        let shape = &header.shape;
-        if path.is_empty() {
-            // What MATLAB keeps about objects of other variables.
-            let path = "__function_workspace__".into();
-            return listing.push_other(path, shape, "data of objects");
-        }
-        match class {
-            1 => elements.cells(&header, path, depth, listing),
-            2 => elements.structs(&header, path, depth, listing),
-            3 | 17 => listing.push_other(path, shape, "an object"),
-            4 => elements.characters(&header, path, listing),
-            5 => listing.push_other(path, shape, "a sparse matrix"),
-            16 => listing.push_other(path, shape, "a function handle"),
-            6..=15 => elements.numbers(&header, path, listing),
-            _ => Err(self.damaged(at, "a class of 1 to 17", class.to_string())),
-        }
+    /// What is wrong with an element of this type.
+    fn other(&self, at: usize, expected: &str, kind: u32) -> Error {
+        self.damaged(at, expected, format!("an element of type {kind}"))
     }
 }
 
 impl Elements<'_> {
-    fn next(&mut self, expected: &str) -> Result<Element> {
+    /// The type of the next element, and where it is.
+    fn next(&mut self, expected: &str) -> Result<(u32, Range<usize>)> {
         let Range { start, end } = self.rest;
         let part = self.part;
         let short = || {
@@ -247,16 +172,18 @@ impl Elements<'_> {
         if end - start < 8 {
             return short();
         }
-        let tag = part.word(start);
-        let (kind, from, len) = match tag >> 16 {
-            0 => (tag, start + 8, part.word(start + 4) as usize),
-            small if small <= 4 => (tag & 0xffff, start + 4, small as usize),
+        let tag = word(part.order, &part.bytes[start..]);
+        let (kind, from, len, room) = match tag >> 16 {
+            0 => {
+                let len = word(part.order, &part.bytes[start + 4..]) as usize;
+                (tag, start + 8, len, end - start - 8)
+            }
+            small if small <= 4 => (tag & 0xffff, start + 4, small as usize, 4),
             small => {
                 let found = format!("{small} bytes");
                 return Err(part.damaged(start, "at most 4 bytes in a small element", found));
             }
         };
-        let room = if tag >> 16 == 0 { end - from } else { 4 };
         if len > room {
             return short();
         }
@@ -267,221 +194,234 @@ impl Elements<'_> {
             _ => len.next_multiple_of(8),
         };
         self.rest.start = end.min(from + padded);
-        Ok(Element {
-            kind,
-            range: from..from + len,
-        })
+        Ok((kind, from..from + len))
+    }
+
+    /// The next element, which is of one of these types.
+    fn next_of(&mut self, kinds: &[u32], expected: &str) -> Result<Range<usize>> {
+        let (kind, range) = self.next(expected)?;
+        match kinds.contains(&kind) {
+            true => Ok(range),
+            false => Err(self.part.other(range.start, expected, kind)),
+        }
+    }
+
+    /// The next element as numbers of four bytes.
+    fn words(&mut self, expected: &str) -> Result<(usize, Vec<u32>)> {
+        let range = self.next_of(&[INT32, UINT32], expected)?;
+        let words = self.part.bytes[range.clone()].chunks(4);
+        let order = self.part.order;
+        match range.len() % 4 {
+            0 => Ok((range.start, words.map(|one| word(order, one)).collect())),
+            _ => {
+                let found = format!("{} bytes", range.len());
+                Err(self.part.damaged(range.start, expected, found))
+            }
+        }
     }
 
     fn shape(&mut self) -> Result<Vec<u64>> {
-        let lengths = self.next("dimensions of an array")?;
-        let part = self.part;
-        let at = lengths.range.start;
-        let rank = lengths.range.len() / 4;
-        let is_whole = lengths.range.len() % 4 == 0 && (2..=MOST_DIMENSIONS).contains(&rank);
-        if !matches!(lengths.kind, INT32 | UINT32) || !is_whole {
+        let (at, lengths) = self.words("dimensions of an array")?;
+        if !(2..=MOST_DIMENSIONS).contains(&lengths.len()) {
             let expected = format!("2 to {MOST_DIMENSIONS} lengths of dimensions");
-            let found = format!("type {}, {} bytes", lengths.kind, lengths.range.len());
-            return Err(part.damaged(at, expected, found));
+            return Err(self.part.damaged(at, expected, lengths.len()));
         }
-        let lengths = lengths.range.step_by(4).map(|at| part.word(at));
-        let length = |length: u32| match i32::try_from(length) {
-            Ok(_) => Ok(u64::from(length)),
-            Err(_) => Err(part.damaged(at, "a length of 0 or more", (length as i32).to_string())),
-        };
-        let shape = lengths.map(length).collect::<Result<Vec<_>>>()?;
-        match count(&shape) {
-            Some(_) => Ok(shape),
-            None => Err(part.damaged(at, "lengths of dimensions", format!("{shape:?}"))),
+        let lengths = lengths.into_iter().map(u64::from);
+        let shape: Vec<u64> = lengths.collect();
+        let count = shape.iter().try_fold(1u64, |n, len| n.checked_mul(*len));
+        let is_long = |len: &u64| i32::try_from(*len).is_err();
+        match count.is_none() || shape.iter().any(is_long) {
+            true => {
+                let expected = "lengths of dimensions from 0 to 2^31";
+                Err(self.part.damaged(at, expected, format!("{shape:?}")))
+            }
+            false => Ok(shape),
         }
     }
+}
 
-    fn text(&mut self, expected: &str) -> Result<String> {
-        let name = self.next(expected)?;
-        if !matches!(name.kind, INT8 | UINT8 | UTF8) {
-            let found = format!("an element of type {}", name.kind);
-            return Err(self.part.damaged(name.range.start, expected, found));
-        }
-        Ok(until_zero(&self.part.bytes[name.range]))
+/// An array behind its header.
+struct Array<'a> {
+    elements: Elements<'a>,
+    path: String,
+    shape: Vec<u64>,
+    /// How many structs and cells hold it.
+    depth: usize,
+    listing: &'a mut Listing,
+}
+
+/// Lists an array, or what a struct or cell array holds, under `path`, or under its own name.
+fn list_array(
+    part: Part,
+    range: Range<usize>,
+    path: Option<String>,
+    depth: usize,
+    listing: &mut Listing,
+) -> Result<()> {
+    let at = range.start;
+    let mut elements = Elements { part, rest: range };
+    if elements.rest.is_empty() {
+        // `[]` in a struct or cell array.
+        let path = path.unwrap_or_default();
+        return listing.push_numbers(path, &[0, 0], [Sample::F64; 2], part, at);
+    }
+    let (at_flags, flags) = elements.words("flags of an array")?;
+    let [flags, _] = flags[..] else {
+        return Err(part.damaged(at_flags, "two words of flags of an array", flags.len()));
+    };
+    let (class, is_complex, is_logical) = (flags as u8, flags & 0x800 != 0, flags & 0x200 != 0);
+    let shape = match class {
+        17 => Vec::new(),
+        _ => elements.shape()?,
+    };
+    let name = elements.next_of(&[INT8, UINT8, UTF8], "the name of an array")?;
+    let mut array = Array {
+        elements,
+        path: path.unwrap_or_else(|| until_zero(&part.bytes[name])),
+        shape,
+        depth,
+        listing,
+    };
+    if array.path.is_empty() {
+        // What MATLAB keeps about objects of other variables.
+        array.path = "__function_workspace__".into();
+        return array.other("data of objects");
+    }
+    match class {
+        1 => array.cells(),
+        2 => array.structs(),
+        3 | 17 => array.other("an object"),
+        4 => array.characters(),
+        5 => array.other("a sparse matrix"),
+        16 => array.other("a function handle"),
+        6..=15 if is_complex => array.other("complex numbers"),
+        6..=15 if is_logical => array.numbers(Sample::Bool),
+        6..=15 => array.numbers(CLASSES[usize::from(class) - 6]),
+        _ => Err(part.damaged(at, "a class of 1 to 17", class)),
+    }
+}
+
+impl Array<'_> {
+    /// Lists what holds no numbers.
+    fn other(self, what: &str) -> Result<()> {
+        self.listing.push_other(self.path, &self.shape, what)
     }
 
-    fn member(&mut self, path: String, depth: usize, listing: &mut Listing) -> Result<()> {
-        let member = self.next("an array in a struct or cell array")?;
-        if member.kind != MATRIX {
-            let found = format!("an element of type {}", member.kind);
-            return Err(self.part.damaged(member.range.start, "an array", found));
-        }
-        self.part
-            .matrix(member.range, Some(path), depth + 1, listing)
+    fn member(&mut self, path: String) -> Result<()> {
+        let expected = "an array in a struct or cell array";
+        let range = self.elements.next_of(&[MATRIX], expected)?;
+        let (part, depth) = (self.elements.part, self.depth + 1);
+        list_array(part, range, Some(path), depth, self.listing)
     }
 
-    fn cells(
-        mut self,
-        header: &Header,
-        path: String,
-        depth: usize,
-        listing: &mut Listing,
-    ) -> Result<()> {
-        let cells: u64 = header.shape.iter().product();
-        if cells > MOST_MEMBERS || depth == MOST_DEPTH {
-            let what = format!("a cell array of {cells} arrays");
-            return listing.push_other(path, &header.shape, &what);
+    fn cells(mut self) -> Result<()> {
+        let cells: u64 = self.shape.iter().product();
+        if cells > MOST_MEMBERS || self.depth == MOST_DEPTH {
+            return self.other(&format!("a cell array of {cells} arrays"));
         }
         for i in 1..=cells {
-            self.member(format!("{path}{{{i}}}"), depth, listing)?;
+            self.member(format!("{}{{{i}}}", self.path))?;
         }
         Ok(())
     }
 
-    fn structs(
-        mut self,
-        header: &Header,
-        path: String,
-        depth: usize,
-        listing: &mut Listing,
-    ) -> Result<()> {
-        let expected = "the length of names of fields";
-        let element = self.next(expected)?;
-        let at = element.range.start;
-        if element.range.len() != 4 {
-            let found = format!("{} bytes", element.range.len());
-            return Err(self.part.damaged(at, expected, found));
-        }
-        let name_len = self.part.word(at) as usize;
-        let names = self.next("names of fields")?;
-        let names = &self.part.bytes[names.range];
-        if !names.is_empty()
-            && (name_len == 0 || name_len > MOST_NAME || !names.len().is_multiple_of(name_len))
-        {
+    fn structs(mut self) -> Result<()> {
+        let part = self.elements.part;
+        let (at, name_len) = self.elements.words("the length of names of fields")?;
+        let (_, names) = self.elements.next("names of fields")?;
+        let (name_len, names) = (name_len.first().copied(), &part.bytes[names]);
+        let name_len = name_len.map_or(0, |len| len as usize);
+        let is_whole = (1..=MOST_NAME).contains(&name_len) && names.len().is_multiple_of(name_len);
+        if !names.is_empty() && !is_whole {
             let found = format!("{name_len} bytes a name, {} in all", names.len());
-            return Err(self.part.damaged(at, expected, found));
+            return Err(part.damaged(at, "the length of names of fields", found));
         }
         let fields = names.len().checked_div(name_len).unwrap_or(0) as u64;
-        let structs: u64 = header.shape.iter().product();
+        let structs: u64 = self.shape.iter().product();
         let members = structs.saturating_mul(fields);
-        if members > MOST_MEMBERS || members == 0 || depth == MOST_DEPTH {
-            let what = format!("an array of {structs} structs of {fields} fields");
-            return listing.push_other(path, &header.shape, &what);
+        if members > MOST_MEMBERS || members == 0 || self.depth == MOST_DEPTH {
+            return self.other(&format!("an array of {structs} structs of {fields} fields"));
         }
         for i in 1..=structs {
-            for name in names.chunks_exact(name_len) {
-                let name = until_zero(name);
-                let path = match structs {
-                    1 => format!("{path}.{name}"),
-                    _ => format!("{path}({i}).{name}"),
-                };
-                self.member(path, depth, listing)?;
+            for name in names.chunks_exact(name_len).map(until_zero) {
+                self.member(match structs {
+                    1 => format!("{}.{name}", self.path),
+                    _ => format!("{}({i}).{name}", self.path),
+                })?;
             }
         }
         Ok(())
     }
 
-    fn characters(mut self, header: &Header, path: String, listing: &mut Listing) -> Result<()> {
-        let shape = &header.shape;
-        if shape.contains(&0) && self.rest.is_empty() {
-            return listing.push_text(path, shape, Vec::new());
-        }
-        let element = self.next("characters")?;
-        let at = element.range.start;
-        let bytes = &self.part.bytes[element.range];
-        // At worst each character is a `String`.
-        listing
-            .budget
-            .take((bytes.len() as u64).saturating_mul(40))?;
-        let order = self.part.order;
-        let text: String = match element.kind {
-            INT8 | UTF8 => String::from_utf8_lossy(bytes).into_owned(),
-            UINT8 => bytes.iter().map(|byte| char::from(*byte)).collect(),
-            UINT16 | UTF16 => {
-                let units = bytes
-                    .chunks_exact(2)
-                    .map(|unit| order.unsigned(unit) as u16);
-                let characters = char::decode_utf16(units);
-                characters
-                    .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
-                    .collect()
-            }
-            UTF32 | UINT32 => {
-                let characters = bytes
-                    .chunks_exact(4)
-                    .map(|c| char::from_u32(word(order, c)));
-                characters
-                    .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
-                    .collect()
-            }
-            other => {
-                let found = format!("an element of type {other}");
-                return Err(self.part.damaged(at, "characters", found));
+    fn characters(mut self) -> Result<()> {
+        let part = self.elements.part;
+        let (at, text) = match self.shape.contains(&0) && self.elements.rest.is_empty() {
+            true => (self.elements.rest.start, String::new()),
+            false => {
+                let (kind, range) = self.elements.next("characters")?;
+                let bytes = &part.bytes[range.clone()];
+                // At worst each character is a `String`.
+                let most = (bytes.len() as u64).saturating_mul(40);
+                self.listing.budget.take(most)?;
+                let text = text(kind, part.order, bytes);
+                let text = text.ok_or_else(|| part.other(range.start, "characters", kind))?;
+                (range.start, text)
             }
         };
-        let text: Vec<char> = text.chars().collect();
-        let found = format!("{} characters", text.len());
-        let rows = rows_of_text(shape, &text);
-        let rows = rows.map_err(|expected| self.part.damaged(at, expected, found))?;
-        listing.push_text(path, shape, rows)
+        self.listing
+            .push_text(self.path, &self.shape, text, (part, at))
     }
 
-    fn numbers(mut self, header: &Header, path: String, listing: &mut Listing) -> Result<()> {
-        use Sample::*;
-        /// Of the classes from 6 to 15.
-        const CLASSES: [Sample; 10] = [F64, F32, I8, U8, I16, U16, I32, U32, I64, U64];
-        /// By the types of elements.
-        const TYPES: [Option<Sample>; 14] = [
-            None,
-            Some(I8),
-            Some(U8),
-            Some(I16),
-            Some(U16),
-            Some(I32),
-            Some(U32),
-            Some(F32),
-            None,
-            Some(F64),
-            None,
-            None,
-            Some(I64),
-            Some(U64),
-        ];
-        let shape = &header.shape;
-        if header.is_complex {
-            return listing.push_other(path, shape, "complex numbers");
-        }
-        let class = match header.is_logical {
-            true => Bool,
-            false => CLASSES[usize::from(header.class) - 6],
-        };
+    fn numbers(mut self, class: Sample) -> Result<()> {
+        let (part, shape) = (self.elements.part, &self.shape);
         let count: u64 = shape.iter().product();
-        if count == 0 {
-            return listing.push_numbers(path, shape, [class; 2], self.part, self.rest.start);
-        }
-        let element = self.next("numbers")?;
-        let start = element.range.start;
-        let disk = TYPES.get(element.kind as usize).copied().flatten();
-        let Some(disk) = disk else {
-            let found = format!("an element of type {}", element.kind);
-            return Err(self.part.damaged(start, "numbers", found));
+        let (disk, start) = match count {
+            0 => (class, self.elements.rest.start),
+            _ => {
+                let (kind, range) = self.elements.next("numbers")?;
+                let known = TYPES.iter().position(|known| *known == kind);
+                let disk = known.map(|known| CLASSES[known]);
+                let disk = disk.ok_or_else(|| part.other(range.start, "numbers", kind))?;
+                if count.checked_mul(disk.bytes() as u64) != Some(range.len() as u64) {
+                    let expected = format!("{count} numbers of type {}", disk.name());
+                    let found = format!("{} bytes", range.len());
+                    return Err(part.damaged(range.start, expected, found));
+                }
+                (disk, range.start)
+            }
         };
-        if count.checked_mul(disk.bytes() as u64) != Some(element.range.len() as u64) {
-            let expected = format!("{count} numbers of type {}", disk.name());
-            let found = format!("{} bytes", element.range.len());
-            return Err(self.part.damaged(start, expected, found));
+        if disk.is_float() && !class.is_float() && class != Sample::Bool {
+            return self.other(&format!("{} stored as {}", class.name(), disk.name()));
         }
-        if disk.is_float() && !class.is_float() && class != Bool {
-            let what = format!("{} stored as {}", class.name(), disk.name());
-            return listing.push_other(path, shape, &what);
-        }
-        listing.push_numbers(path, shape, [class, disk], self.part, start)
+        self.listing
+            .push_numbers(self.path, shape, [class, disk], part, start)
     }
+}
+
+/// Characters of an element of type `kind`; none of other types.
+fn text(kind: u32, order: ByteOrder, bytes: &[u8]) -> Option<String> {
+    const UNKNOWN: char = char::REPLACEMENT_CHARACTER;
+    Some(match kind {
+        INT8 | UTF8 => String::from_utf8_lossy(bytes).into_owned(),
+        UINT8 => bytes.iter().map(|byte| char::from(*byte)).collect(),
+        UINT16 | UTF16 => {
+            let units = bytes.chunks_exact(2);
+            let units = units.map(|unit| order.unsigned(unit) as u16);
+            let characters = char::decode_utf16(units);
+            characters.map(|c| c.unwrap_or(UNKNOWN)).collect()
+        }
+        UTF32 | UINT32 => {
+            let codes = bytes.chunks_exact(4).map(|code| word(order, code));
+            let characters = codes.map(char::from_u32);
+            characters.map(|c| c.unwrap_or(UNKNOWN)).collect()
+        }
+        _ => return None,
+    })
 }
 
 /// The first four bytes as a number.
 fn word(order: ByteOrder, bytes: &[u8]) -> u32 {
     order.unsigned(&bytes[..4]) as u32
-}
-
-fn until_zero(name: &[u8]) -> String {
-    let name = name.split(|c| *c == 0).next();
-    String::from_utf8_lossy(name.unwrap_or_default()).into_owned()
 }
 
 #[cfg(test)]

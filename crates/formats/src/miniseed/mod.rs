@@ -12,8 +12,8 @@ use crate::container::{Block, Decoder};
 use crate::cursor::Budget;
 use crate::sets::{Sets, Traits, others, sets, variables};
 use crate::{
-    Bytes, Container, Coordinate, Dimension, Error, Format, Options, Remark, Result, Sample,
-    SampleType, Value, Variable, time,
+    Bytes, Container, Coordinate, Dimension, Error, Format, Options, Remark, Result, Sample, Value,
+    Variable, time,
 };
 use record::{Encoding, Record};
 
@@ -34,6 +34,8 @@ struct Trace {
     /// Each behind the number of samples before it.
     records: Vec<(u64, Record)>,
     len: u64,
+    /// What it holds if it is not read.
+    other: Option<String>,
 }
 
 /// Opens a file of `format`.
@@ -44,19 +46,15 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
         let skipped = Value::Integers(vec![skipped]);
         container.attributes.insert("skipped_records", skipped);
     }
-    let (mut traces, mut unread) = (Vec::new(), Vec::new());
-    for (name, records) in found {
-        match Trace::joined(name, records)? {
-            Ok(trace) => traces.push((trace.traits(), trace)),
-            Err(other) => unread.push(other),
-        }
-    }
+    let found = found.into_iter();
+    let found = found.map(|(name, records)| Trace::joined(name, records));
+    let found = found.collect::<Result<Vec<Trace>>>()?.into_iter();
+    let (traces, unread): (Vec<_>, Vec<_>) = found.partition(|trace| trace.other.is_none());
+    let traces = traces.into_iter().map(|trace| (trace.traits(), trace));
     let left_out = |sets: &Sets<Trace>, traits: &Traits| {
-        let unread = unread.iter().filter_map(|other| match &other.sample_type {
-            SampleType::Other(what) if what != "text" => {
-                Some(format!("{} ({what})", other.path.trim_start_matches('/')))
-            }
-            _ => None,
+        let unread = unread.iter().filter_map(|trace| {
+            let what = trace.other.as_ref().filter(|what| *what != "text")?;
+            Some(format!("{} ({what})", trace.name))
         });
         let apart = others(sets, traits, |trace| trace.name.clone());
         Remark::listing("traces that are left out:", apart.chain(unread))
@@ -68,7 +66,15 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
         let (bytes, set) = (Bytes::clone(&bytes), alike.arrays);
         container.push_decoded(variable, Traces { bytes, set });
     }
-    unread.into_iter().for_each(|other| container.push(other));
+    for trace in unread {
+        let time = Dimension::new(trace.len).named("time");
+        let what = trace.other.unwrap_or_default();
+        container.push(Variable::other(
+            format!("/{}", trace.name),
+            vec![time],
+            what,
+        ));
+    }
     Ok(container)
 }
 
@@ -102,49 +108,42 @@ fn records(bytes: &[u8], options: &Options) -> Result<(IndexMap<String, Vec<Reco
 }
 
 impl Trace {
-    /// The trace of these records, or the variable that lists what is not read.
-    fn joined(
-        name: String,
-        mut records: Vec<Record>,
-    ) -> Result<std::result::Result<Trace, Variable>> {
+    /// The trace of these records.
+    ///
+    /// # Errors
+    /// Records to be read that do not follow one another.
+    fn joined(name: String, mut records: Vec<Record>) -> Result<Trace> {
         records.sort_by_key(|record| record.start);
         let first = records[0];
         let sample = first.encoding.sample();
         let other = records.iter().find(|r| r.encoding.sample() != sample);
-        let what = match (sample, other) {
+        let of = |record: &Record| record.encoding.name();
+        let other = match (sample, other) {
             (None, _) if first.encoding == Encoding::Text => Some("text".to_owned()),
-            (None, _) => Some(format!("samples in {}", first.encoding.name())),
-            (Some(_), Some(other)) => {
-                let names = [first.encoding.name(), other.encoding.name()];
-                Some(format!("samples in {} and {}", names[0], names[1]))
-            }
-            (Some(_), None) => None,
+            (None, _) => Some(format!("samples in {}", of(&first))),
+            (_, Some(other)) => Some(format!("samples in {} and {}", of(&first), of(other))),
+            _ => None,
         };
-        if let Some(what) = what {
-            let len = records.iter().map(|record| record.count as u64).sum();
-            let time = Dimension::new(len).named("time");
-            let other = Variable::other(format!("/{name}"), vec![time], what);
-            return Ok(Err(other));
-        }
-        if !(first.rate > 0.0 && first.rate.is_finite()) {
-            let place = format!("the record at byte {}", first.at);
-            let found = format!("{} Hz", first.rate);
-            return Err(Error::damaged(place, "a sampling rate above 0", found));
+        if other.is_none() {
+            if !(first.rate > 0.0 && first.rate.is_finite()) {
+                let found = format!("{} Hz", first.rate);
+                return Err(record::damaged(first.at, "a sampling rate above 0", found));
+            }
+            let mut pairs = records.windows(2);
+            pairs.try_for_each(|pair| follows(&name, &pair[0], &pair[1]))?;
         }
         let mut len = 0;
-        let mut placed: Vec<(u64, Record)> = Vec::with_capacity(records.len());
-        for record in records {
-            if let Some((_, before)) = placed.last() {
-                follows(&name, before, &record)?;
-            }
-            placed.push((len, record));
+        let placed = records.into_iter().map(|record| {
+            let before = len;
             len += record.count as u64;
-        }
-        Ok(Ok(Trace {
+            (before, record)
+        });
+        Ok(Trace {
             name,
-            records: placed,
+            records: placed.collect(),
             len,
-        }))
+            other,
+        })
     }
 
     fn first(&self) -> &Record {
@@ -173,16 +172,9 @@ impl Trace {
     }
 
     /// Decodes a range of its samples, records in parallel.
-    fn decode(
-        &self,
-        bytes: &[u8],
-        range: Range<u64>,
-        size: usize,
-        mut out: &mut [u8],
-    ) -> Result<()> {
-        let from = self
-            .records
-            .partition_point(|(first, _)| *first <= range.start);
+    fn decode(&self, bytes: &[u8], range: Range<u64>, mut out: &mut [u8]) -> Result<()> {
+        let size = self.sample().bytes();
+        let from = self.records.partition_point(|(at, _)| *at <= range.start);
         let mut parts = Vec::new();
         for (first, record) in &self.records[from.saturating_sub(1)..] {
             if *first >= range.end {
@@ -243,19 +235,19 @@ fn variable(path: String, set: &[Trace]) -> Variable {
     if set.len() > 1 {
         attributes.insert("traces", Value::Texts(names.collect()));
     }
-    let codes = |trace: &Trace| -> Option<[Value; 4]> {
-        let codes = trace.name.split('.').map(|code| Value::Text(code.into()));
-        codes.collect::<Vec<_>>().try_into().ok()
-    };
-    let codes: Vec<[Value; 4]> = set.iter().map_while(codes).collect();
-    for (place, code) in ["network", "station", "location", "channel"]
-        .iter()
-        .enumerate()
-    {
-        let all: Vec<&Value> = codes.iter().map(|codes| &codes[place]).collect();
-        let said = Value::together(&all).filter(|_| codes.len() == set.len());
-        if let Some(said) = said.filter(|said| *said != Value::Text(String::new())) {
-            attributes.insert(*code, said);
+    let codes = set.iter().map(|trace| trace.name.split('.').collect());
+    let codes: Vec<Vec<&str>> = codes.collect();
+    let names = ["network", "station", "location", "channel"];
+    for (place, name) in names.into_iter().enumerate() {
+        let codes = codes.iter().filter(|codes| codes.len() == names.len());
+        let codes: Vec<Value> = codes
+            .map(|codes| Value::Text(codes[place].into()))
+            .collect();
+        let said = Value::together(&codes.iter().collect::<Vec<_>>());
+        let said =
+            said.filter(|said| codes.len() == set.len() && *said != Value::Text(String::new()));
+        if let Some(said) = said {
+            attributes.insert(name, said);
         }
     }
     attributes.insert_text("start_time", time::text(first.start));
@@ -288,8 +280,7 @@ impl Decoder for Traces {
         let set = &self.set[traces.start as usize..traces.end as usize];
         let rows = out.chunks_exact_mut(out.len() / set.len());
         for (trace, row) in set.iter().zip(rows) {
-            let size = row.len() / (times.end - times.start) as usize;
-            trace.decode((*self.bytes).as_ref(), times.clone(), size, row)?;
+            trace.decode((*self.bytes).as_ref(), times.clone(), row)?;
         }
         Ok(())
     }

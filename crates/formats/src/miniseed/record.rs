@@ -1,15 +1,20 @@
 //! Records: a header and the samples behind it.
 
+use std::fmt::Display;
+use std::ops::Range;
+
+use jiff::civil::{Date, Time};
+use jiff::tz::Offset;
+
 use super::steim::{self, Steim};
 use crate::cursor::beginning;
-use crate::rows::Strided;
-use crate::{ByteOrder, Error, Result, Sample, time};
+use crate::{ByteOrder, Error, Result, Sample, Strided, time};
 
 /// Bytes of the headers of versions 2 and 3.
 const HEADER_2: usize = 48;
 const HEADER_3: usize = 40;
 /// Places of the checksum, CRC-32C, in a record of version 3.
-const CHECKSUM: std::ops::Range<usize> = 28..32;
+const CHECKSUM: Range<usize> = 28..32;
 const WAY_OUT: &str = "write it anew with `Stream.write(path, format=\"MSEED\")` of ObsPy";
 
 /// A record, without the name of its trace.
@@ -123,31 +128,33 @@ pub(super) fn read(bytes: &[u8], at: usize) -> Result<(Record, String)> {
             return Err(Error::unsupported("headers of a SEED volume", WAY_OUT));
         }
         _ => {
-            let place = format!("byte {at}");
-            return Err(Error::damaged(
-                place,
-                "a record of miniSEED",
-                beginning(rest),
-            ));
+            let (place, expected) = (format!("byte {at}"), "a record of miniSEED");
+            return Err(Error::damaged(place, expected, beginning(rest)));
         }
     };
-    if record.count > record.encoding.most(record.data.1) {
-        let expected = format!("{} samples within {} bytes", record.count, record.data.1);
-        let found = record.encoding.most(record.data.1).to_string();
-        return Err(Error::damaged(place(at), expected, found));
+    let (bytes, most) = (record.data.1, record.encoding.most(record.data.1));
+    match record.count <= most {
+        true => Ok((record, name)),
+        false => {
+            let expected = format!("{} samples within {bytes} bytes", record.count);
+            Err(damaged(at, expected, most))
+        }
     }
-    Ok((record, name))
 }
 
-fn place(at: usize) -> String {
-    format!("the record at byte {at}")
+/// What is wrong with the record at byte `at`.
+pub(super) fn damaged(at: usize, expected: impl Display, found: impl Display) -> Error {
+    Error::damaged(format!("the record at byte {at}"), expected, found)
 }
 
 /// Nanoseconds since 1970-01-01; none before 1677 and after 2262.
 fn nanoseconds(year: u16, day: u16, [hour, minute, second]: [u8; 3], fraction: i64) -> Option<i64> {
-    let days = time::days_to(year.into(), 1, day.into());
-    let seconds = i64::from(hour) * 3600 + i64::from(minute) * 60 + i64::from(second);
-    let seconds = days.checked_mul(86_400)?.checked_add(seconds)?;
+    let first = Date::new(i16::try_from(year).ok()?, 1, 1).ok()?;
+    let first = first.to_datetime(Time::midnight());
+    let first = Offset::UTC.to_timestamp(first).ok()?.as_second();
+    let [day, hour] = [i64::from(day) - 1, i64::from(hour)];
+    let minutes = (24 * day + hour) * 60 + i64::from(minute);
+    let seconds = first + minutes * 60 + i64::from(second);
     seconds.checked_mul(time::PER_SECOND)?.checked_add(fraction)
 }
 
@@ -157,10 +164,9 @@ fn version_2(rest: &[u8], at: usize) -> Result<(Record, String)> {
         (1900..=2100).contains(&year) && (1..=366).contains(&day)
     };
     let orders = [ByteOrder::Big, ByteOrder::Little];
-    let Some(order) = orders.into_iter().find(is_date) else {
-        let found = ByteOrder::Big.unsigned(&rest[20..22]);
-        return Err(Error::damaged(place(at), "a year from 1900 to 2100", found));
-    };
+    let order = orders.into_iter().find(is_date);
+    let year = || ByteOrder::Big.unsigned(&rest[20..22]);
+    let order = order.ok_or_else(|| damaged(at, "a year from 1900 to 2100", year()))?;
     let u16_at = |at: usize| order.unsigned(&rest[at..at + 2]) as u16;
     let (mut storage, mut stated, mut microseconds) = (None, None, 0);
     let mut next = usize::from(u16_at(46));
@@ -181,13 +187,13 @@ fn version_2(rest: &[u8], at: usize) -> Result<(Record, String)> {
         return Err(Error::unsupported(what, WAY_OUT));
     };
     if !(7..=20).contains(&power) {
-        let (expected, found) = ("a length from 2^7 to 2^20", format!("2^{power} bytes"));
-        return Err(Error::damaged(place(at), expected, found));
+        let found = format!("2^{power} bytes");
+        return Err(damaged(at, "a length from 2^7 to 2^20", found));
     }
     let bytes = 1usize << power;
     if rest.len() < bytes {
         let found = format!("{} bytes", rest.len());
-        return Err(Error::damaged(place(at), format!("{bytes} bytes"), found));
+        return Err(damaged(at, format!("{bytes} bytes"), found));
     }
     let from = usize::from(u16_at(44));
     let count = usize::from(u16_at(30));
@@ -195,8 +201,7 @@ fn version_2(rest: &[u8], at: usize) -> Result<(Record, String)> {
     let header = (last + 8).max(HEADER_2);
     if count > 0 && from < header {
         let expected = format!("samples behind the {header} bytes of the header");
-        let found = format!("samples from byte {from}");
-        return Err(Error::damaged(place(at), expected, found));
+        return Err(damaged(at, expected, format!("samples from byte {from}")));
     }
     // A record without samples has no place for them.
     let length = bytes.checked_sub(from).filter(|_| count > 0).unwrap_or(0);
@@ -207,9 +212,8 @@ fn version_2(rest: &[u8], at: usize) -> Result<(Record, String)> {
     };
     let fraction = (i64::from(u16_at(28)) + correction) * 100_000 + microseconds * 1000;
     let clock = [rest[24], rest[25], rest[26]];
-    let Some(start) = nanoseconds(u16_at(20), u16_at(22), clock, fraction) else {
-        return Err(Error::damaged(place(at), "a time", "one beyond 2262"));
-    };
+    let start = nanoseconds(u16_at(20), u16_at(22), clock, fraction);
+    let start = start.ok_or_else(|| damaged(at, "a time", "one beyond 2262"))?;
     let nominal = || rate(u16_at(32).cast_signed(), u16_at(34).cast_signed());
     let record = Record {
         at,
@@ -225,7 +229,7 @@ fn version_2(rest: &[u8], at: usize) -> Result<(Record, String)> {
         data: (from, length),
         checksum: None,
     };
-    let code = |range: std::ops::Range<usize>| {
+    let code = |range: Range<usize>| {
         let code = String::from_utf8_lossy(&rest[range]);
         code.trim_matches([' ', '\0']).to_owned()
     };
@@ -248,27 +252,24 @@ fn rate(factor: i16, multiplier: i16) -> f64 {
 }
 
 fn version_3(rest: &[u8], at: usize) -> Result<(Record, String)> {
-    let little = |range: std::ops::Range<usize>| ByteOrder::Little.unsigned(&rest[range]);
+    let little = |range: Range<usize>| ByteOrder::Little.unsigned(&rest[range]);
     let length = |range| little(range) as usize;
     let (name, extra, data) = (usize::from(rest[33]), length(34..36), length(36..40));
     let from = HEADER_3 + name + extra;
-    let Some(bytes) = from.checked_add(data).filter(|bytes| *bytes <= rest.len()) else {
-        let expected = format!("{from} and {data} bytes");
-        return Err(Error::damaged(
-            place(at),
-            expected,
-            format!("{} bytes", rest.len()),
-        ));
-    };
+    let bytes = from.checked_add(data).filter(|bytes| *bytes <= rest.len());
+    let bytes = bytes.ok_or_else(|| {
+        let found = format!("{} bytes", rest.len());
+        damaged(at, format!("{from} and {data} bytes"), found)
+    })?;
     let clock = [rest[12], rest[13], rest[14]];
     let (year, day) = (little(8..10) as u16, little(10..12) as u16);
     let fraction = little(4..8) as i64;
     let start = nanoseconds(year, day, clock, fraction);
     let start = start.filter(|_| (1..=366).contains(&day) && fraction < time::PER_SECOND);
-    let Some(start) = start else {
+    let start = start.ok_or_else(|| {
         let found = format!("day {day} of {year} and {fraction} ns");
-        return Err(Error::damaged(place(at), "a time from 1677 to 2262", found));
-    };
+        damaged(at, "a time from 1677 to 2262", found)
+    })?;
     let stated = Sample::F64.to_f64(ByteOrder::Little, &rest[16..24]);
     let encoding = Encoding::of(rest[15]);
     let record = Record {
@@ -308,12 +309,7 @@ fn codes(name: &str) -> String {
 
 impl Record {
     /// Decodes the samples of `range` to `out`, in native byte order.
-    pub(super) fn decode(
-        &self,
-        bytes: &[u8],
-        range: std::ops::Range<usize>,
-        out: &mut [u8],
-    ) -> Result<()> {
+    pub(super) fn decode(&self, bytes: &[u8], range: Range<usize>, out: &mut [u8]) -> Result<()> {
         let record = &bytes[self.at..self.at + self.bytes];
         if let Some(stated) = self.checksum {
             // That of a record with zeros in its place.
@@ -322,33 +318,25 @@ impl Record {
             let found = crc32c::crc32c_append(sum, &record[CHECKSUM.end..]);
             if found != stated {
                 let expected = format!("the checksum {stated:#010x}");
-                return Err(Error::damaged(
-                    place(self.at),
-                    expected,
-                    format!("{found:#010x}"),
-                ));
+                return Err(damaged(self.at, expected, format!("{found:#010x}")));
             }
         }
         let data = &record[self.data.0..self.data.0 + self.data.1];
         match self.encoding {
             Encoding::Steim(kind) => {
-                let damaged = |(expected, found)| Error::damaged(place(self.at), expected, found);
-                let samples = steim::decode(kind, self.order, data, self.count).map_err(damaged)?;
+                let samples = steim::decode(kind, self.order, data, self.count);
+                let samples =
+                    samples.map_err(|(expected, found)| damaged(self.at, expected, found))?;
                 for (one, sample) in out.chunks_exact_mut(4).zip(&samples[range]) {
                     one.copy_from_slice(&sample.to_ne_bytes());
                 }
             }
             Encoding::Plain(sample) => {
                 let to = self.encoding.sample().unwrap_or(sample);
-                let samples = Strided {
-                    start: 0,
-                    strides: &[sample.bytes() as u64],
-                    order: self.order,
-                    sample,
-                };
-                let block = range.start as u64..range.end as u64;
-                let copied = samples.copy(data, std::slice::from_ref(&block), to, out);
-                copied.map_err(|found| Error::damaged(place(self.at), "samples", found))?;
+                let samples = Strided::new(0, vec![sample.bytes() as u64], self.order);
+                let block = [range.start as u64..range.end as u64];
+                let copied = samples.copy(data, &block, [sample, to], out);
+                copied.map_err(|found| damaged(self.at, "samples", found))?;
             }
             Encoding::Text | Encoding::Other(_) => {}
         }

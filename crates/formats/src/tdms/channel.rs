@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::description::Kind;
-use super::property::{Properties, Stamp, number_of, position, split_unit, text_of};
+use super::property::{Stamp, position, split_unit};
 use super::samples::Texts;
 use super::scale::scaling;
 use super::segments::Object;
@@ -49,7 +49,7 @@ const RESERVED: [&str; 10] = [
 #[derive(Debug)]
 pub(super) struct Channel {
     pub(super) name: String,
-    pub(super) properties: Properties,
+    pub(super) properties: Attributes,
     pub(super) pieces: Pieces,
     pub(super) texts: Vec<Texts>,
     pub(super) form: Form,
@@ -59,25 +59,26 @@ pub(super) struct Channel {
 /// What the samples of a channel become.
 #[derive(Debug)]
 pub(super) enum Form {
-    Numbers(Sample, Option<Scaling>),
+    Numbers(Sample, Scaling),
     Time,
     Other(String),
 }
 
 impl Channel {
     /// A channel below a group and a file with these properties.
-    pub(super) fn new(name: String, object: Object, above: [&Properties; 2]) -> Channel {
+    pub(super) fn new(name: String, object: Object, above: [&Attributes; 2]) -> Channel {
         let properties = object.properties;
-        let [of_group, of_file] = above;
-        let scaled = |sample, scaler: Option<u32>| match scaling(
-            &[&properties, of_group, of_file],
-            scaler,
-        ) {
-            Ok(None) if scaler.is_some() => {
-                Form::Other("samples of a DAQmx device without a scaling".into())
+        let scaled = |sample, scaler: Option<u32>| {
+            let places = [&properties].into_iter().chain(above);
+            let mut stated = places.map(|place| scaling(place, scaler));
+            match stated.find(|stated| *stated != Ok(None)) {
+                Some(Err(kind)) => Form::Other(format!("samples with a scaling of type {kind}")),
+                Some(Ok(Some(scaling))) => Form::Numbers(sample, scaling),
+                _ if scaler.is_some() => {
+                    Form::Other("samples of a DAQmx device without a scaling".into())
+                }
+                _ => Form::Numbers(sample, Scaling::default()),
             }
-            Ok(scaling) => Form::Numbers(sample, scaling),
-            Err(kind) => Form::Other(format!("samples with a scaling of type {kind}")),
         };
         let form = match object.kind {
             Some(Kind::Number(sample)) => scaled(sample, None),
@@ -87,7 +88,7 @@ impl Channel {
             Some(Kind::Other(what)) => Form::Other(what.into()),
             None => Form::Other("no samples".into()),
         };
-        let unit = UNITS.iter().find_map(|unit| text_of(&properties, unit));
+        let unit = UNITS.iter().find_map(|unit| properties.text(unit));
         let unit = unit.or(split_unit(&name).1).map(str::to_owned);
         Channel {
             name,
@@ -126,10 +127,8 @@ impl Channel {
     /// What it must share with others of the same variable.
     pub(super) fn traits(&self) -> Traits {
         // Numbers that a double does not hold, or that are no measurement, stay apart.
-        let sample = match self.form {
-            Form::Numbers(sample @ (Sample::Bool | Sample::I64 | Sample::U64), None) => {
-                sample.name()
-            }
+        let sample = match self.unscaled() {
+            Some(sample @ (Sample::Bool | Sample::I64 | Sample::U64)) => sample.name(),
             _ => "number",
         };
         let times = match self.even() {
@@ -145,20 +144,28 @@ impl Channel {
         ])
     }
 
+    /// The type of its numbers, if they are those that are stored.
+    pub(super) fn unscaled(&self) -> Option<Sample> {
+        match &self.form {
+            Form::Numbers(sample, scaling) if scaling.0.is_empty() => Some(*sample),
+            _ => None,
+        }
+    }
+
     /// Origin and step of its samples, as the properties of a waveform state them.
     fn even(&self) -> Option<[f64; 2]> {
-        let step = number_of(&self.properties, "wf_increment")?;
-        let origin = number_of(&self.properties, "wf_start_offset").unwrap_or(0.0);
+        let step = self.properties.number("wf_increment")?;
+        let origin = self.properties.number("wf_start_offset").unwrap_or(0.0);
         let is_even = step.is_finite() && step > 0.0 && origin.is_finite();
         is_even.then_some([origin, step])
     }
 
     fn time_unit(&self) -> &str {
-        text_of(&self.properties, "wf_xunit_string").unwrap_or("s")
+        self.properties.text("wf_xunit_string").unwrap_or("s")
     }
 
     fn start(&self) -> Option<&str> {
-        let start = text_of(&self.properties, "wf_start_time");
+        let start = self.properties.text("wf_start_time");
         start.filter(|start| !start.starts_with(Stamp::NONE))
     }
 
@@ -233,16 +240,14 @@ pub(super) fn attributes(channels: &[Channel]) -> Attributes {
     }
     attributes.insert_text("start_time", first.start().unwrap_or_default());
     let mut units = UNITS.iter();
-    let unit = units.find(|unit| text_of(&first.properties, unit).is_some());
+    let unit = units.find(|unit| first.properties.text(unit).is_some());
     let mut counts: HashMap<&str, usize> = HashMap::new();
-    for name in channels
+    let names = channels
         .iter()
-        .flat_map(|channel| channel.properties.keys())
-    {
-        *counts.entry(name).or_insert(0) += 1;
-    }
+        .flat_map(|channel| channel.properties.0.keys());
+    names.for_each(|name| *counts.entry(name).or_default() += 1);
     for channel in channels {
-        for (name, value) in &channel.properties {
+        for (name, value) in &channel.properties.0 {
             if TOLD.contains(&name.as_str()) || unit == Some(&name.as_str()) {
                 continue;
             }

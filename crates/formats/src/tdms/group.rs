@@ -3,12 +3,14 @@
 use std::collections::{HashMap, HashSet};
 
 use super::channel::{Channel, Form, Positions, attributes};
-use super::decode::{Times, texts};
-use crate::rows::{Record, Rows, Scaling};
+use super::property::Stamp;
+use super::samples::Texts;
+use crate::container::{Block, Decoder};
+use crate::rows::{Pieces, Record, Rows, Scaling};
 use crate::sets::{Sets, Traits, others, sets, variables};
 use crate::{
-    Bytes, Container, Coordinate, Dimension, Place, Remark, Result, Sample, SampleType, Value,
-    Variable, time,
+    Bytes, Container, Coordinate, Dimension, Error, Place, Remark, Result, Sample, SampleType,
+    Value, Variable, time,
 };
 
 /// Adds the variables of groups to a container.
@@ -142,14 +144,11 @@ fn remark(
     });
     let apart = others(sets, traits, name).chain(unread);
     let apart = Remark::listing("channels of the group that are left out:", apart);
-    let integer = |channel: &Channel| match channel.form {
-        Form::Numbers(sample, None) if !sample.is_float() => Some(sample),
-        _ => None,
-    };
+    let integer = |channel: &Channel| channel.unscaled().filter(|sample| !sample.is_float());
     let is_mixed = channels.iter().any(|channel| integer(channel).is_none());
     let integers = channels.iter().filter(|_| is_mixed).filter_map(|channel| {
         let sample = integer(channel)?.name();
-        Some(format!("{:?} ({sample})", channel.name))
+        Some(format!("{} ({sample})", name(channel)))
     });
     let integers = Remark::listing("unscaled integers beside floats:", integers);
     let said: Vec<String> = [apart, integers].into_iter().flatten().collect();
@@ -159,7 +158,7 @@ fn remark(
 /// The samples of channels of numbers: as they are stored if all are of one type and scaled alike, else scaled.
 fn numbers(file: &Bytes, channels: Vec<Channel>, variable: &mut Variable) -> Rows {
     let of = |channel: &Channel| match &channel.form {
-        Form::Numbers(sample, scaling) => (*sample, scaling.clone().unwrap_or_default()),
+        Form::Numbers(sample, scaling) => (*sample, scaling.clone()),
         _ => (Sample::F64, Scaling::default()),
     };
     let first = of(&channels[0]);
@@ -175,11 +174,7 @@ fn numbers(file: &Bytes, channels: Vec<Channel>, variable: &mut Variable) -> Row
         Record {
             pieces: channel.pieces,
             sample: Some(sample),
-            scaling: if linear.is_some() {
-                Scaling::default()
-            } else {
-                scaling
-            },
+            scaling: linear.map_or(scaling, |_| Scaling::default()),
             held: None,
         }
     });
@@ -187,26 +182,17 @@ fn numbers(file: &Bytes, channels: Vec<Channel>, variable: &mut Variable) -> Row
         path: variable.path.clone(),
         file: Bytes::clone(file),
         records: records.collect(),
-        sample: if linear.is_some() {
-            first.0
-        } else {
-            Sample::F64
-        },
+        sample: linear.map_or(Sample::F64, |_| first.0),
         is_time_first: false,
     };
     let is_single = rows.records.len() == 1;
     variable.sample_type = SampleType::Number(rows.sample);
     variable.place = match rows.strided() {
-        Some(Place::Strided {
-            start,
-            strides,
-            order,
-            ..
-        }) => {
-            let strides = strides[usize::from(is_single)..].to_vec();
-            Place::in_file(start, strides, order)
+        Some(mut strided) => {
+            strided.strides.drain(..usize::from(is_single));
+            Place::Strided(strided)
         }
-        _ => {
+        None => {
             // Samples of other channels between those of one are best read together.
             let size = first.0.bytes() as u64;
             let (count, is_between) = rows.records[0].pieces.first_chunk(size);
@@ -216,4 +202,58 @@ fn numbers(file: &Bytes, channels: Vec<Channel>, variable: &mut Variable) -> Row
         }
     };
     rows
+}
+
+/// Texts of a channel that are listed; longer ones are only named.
+const MOST_TEXT: u64 = 1 << 20;
+
+/// The times of a channel, read as nanoseconds since 1970.
+struct Times {
+    path: String,
+    file: Bytes,
+    pieces: Pieces,
+}
+
+impl Decoder for Times {
+    fn read(&self, block: Block, out: &mut [u8]) -> Result<()> {
+        let bytes = (*self.file).as_ref();
+        let mut out = out.chunks_exact_mut(8);
+        for run in self.pieces.runs(block[0].clone()) {
+            for (i, out) in (0..run.count).zip(&mut out) {
+                let from = (run.start + i * run.step) as usize;
+                let stamp = Stamp::read(run.order, &bytes[from..]);
+                let nanoseconds = stamp.nanoseconds().ok_or_else(|| {
+                    let place = format!("variable {}", self.path);
+                    let found = format!("{} s since 1904", stamp.seconds);
+                    Error::damaged(place, "times from 1677 to 2262", found)
+                })?;
+                out.copy_from_slice(&nanoseconds.to_ne_bytes());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The texts of a channel; none if they are long.
+fn texts(bytes: &[u8], chunks: &[Texts]) -> Result<Option<Vec<String>>> {
+    if chunks.iter().map(|chunk| chunk.bytes).sum::<u64>() > MOST_TEXT {
+        return Ok(None);
+    }
+    let mut texts = Vec::new();
+    for chunk in chunks {
+        let all = &bytes[chunk.start as usize..][..chunk.bytes as usize];
+        let (ends, characters) = all.split_at(4 * chunk.count as usize);
+        let mut from = 0;
+        for end in ends.chunks_exact(4) {
+            let to = chunk.order.unsigned(end) as usize;
+            let Some(text) = characters.get(from..to) else {
+                let expected = format!("texts of {} bytes", characters.len());
+                let place = format!("the texts at byte {}", chunk.start);
+                return Err(Error::damaged(place, expected, format!("{from} to {to}")));
+            };
+            texts.push(String::from_utf8_lossy(text).into_owned());
+            from = to;
+        }
+    }
+    Ok(Some(texts))
 }

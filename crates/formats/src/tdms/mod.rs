@@ -1,7 +1,6 @@
 //! TDMS of National Instruments: groups of channels, written segment by segment.
 
 mod channel;
-mod decode;
 mod description;
 mod group;
 mod property;
@@ -13,10 +12,9 @@ use std::collections::HashSet;
 
 use indexmap::IndexMap;
 
-use crate::{Bytes, Container, Error, Format, Options, Result};
+use crate::{Attributes, Bytes, Container, Error, Format, Options, Result};
 use channel::Channel;
 use group::Listing;
-use property::Properties;
 use segments::{Object, Segments};
 
 /// The format of these bytes, if it is one of this module.
@@ -28,8 +26,8 @@ pub(crate) fn detect(bytes: &[u8]) -> Option<Format> {
 /// Opens a file of `format`.
 pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container> {
     let segments = Segments::read((*bytes).as_ref(), options)?;
-    let mut of_file = Properties::default();
-    let mut of_groups: IndexMap<String, Properties> = IndexMap::new();
+    let mut of_file = Attributes::default();
+    let mut of_groups: IndexMap<String, Attributes> = IndexMap::new();
     // In the order of their first channel.
     let mut groups: IndexMap<String, Vec<(String, Object)>> = IndexMap::new();
     let mut container = Container::new(format, &bytes);
@@ -41,7 +39,7 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
             None => String::new(),
         };
         if channel.is_none() {
-            let of_it = object.properties.iter();
+            let of_it = object.properties.0.iter();
             let of_it = of_it.map(|(name, value)| (format!("{prefix}{name}"), value.clone()));
             container.attributes.0.extend(of_it);
         }
@@ -61,7 +59,7 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
         container: &mut container,
         paths: HashSet::new(),
     };
-    let none = Properties::default();
+    let none = Attributes::default();
     for (group, channels) in groups {
         let above = [of_groups.get(&group).unwrap_or(&none), &of_file];
         let channels = channels.into_iter();

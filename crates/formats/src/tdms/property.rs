@@ -1,11 +1,6 @@
 //! Values that belong to a file, a group or a channel.
 
-use indexmap::IndexMap;
-
-use crate::{ByteOrder, Value, time};
-
-/// The properties of one object, in the order of the file.
-pub(super) type Properties = IndexMap<String, Value>;
+use crate::{Attributes, ByteOrder, time};
 
 /// Seconds since 1904-01-01 and 2^-64 of a second.
 #[derive(Debug, Clone, Copy)]
@@ -34,11 +29,12 @@ impl Stamp {
 
     /// Since 1970, to the nearest; none before 1677 and after 2262.
     pub(super) fn nanoseconds(self) -> Option<i64> {
-        let epoch = i128::from(time::days_to(1904, 1, 1)) * 86_400;
+        /// Seconds from there to 1970.
+        const EPOCH: i128 = 2_082_844_800;
         let per_second = i128::from(time::PER_SECOND);
         // Writers cut the fraction: 1 us is stored as slightly less.
         let fraction = (i128::from(self.fraction) * per_second + (1 << 63)) >> 64;
-        i64::try_from((i128::from(self.seconds) + epoch) * per_second + fraction).ok()
+        i64::try_from((i128::from(self.seconds) - EPOCH) * per_second + fraction).ok()
     }
 
     pub(super) fn text(self) -> String {
@@ -49,31 +45,13 @@ impl Stamp {
     }
 }
 
-/// The text of this name; none if it is empty.
-pub(super) fn text_of<'p>(properties: &'p Properties, name: &str) -> Option<&'p str> {
-    properties.get(name)?.text()
-}
-
-/// The number of this name.
-pub(super) fn number_of(properties: &Properties, name: &str) -> Option<f64> {
-    properties.get(name)?.number()
-}
-
-/// The integer of this name.
-pub(super) fn integer_of(properties: &Properties, name: &str) -> Option<i64> {
-    match properties.get(name)? {
-        Value::Integers(integers) => integers.first().copied(),
-        _ => None,
-    }
-}
-
 /// The position of a channel along an axis, and its unit: `x`, `Position (mm)`, `x` beside `x_unit`.
 pub(super) fn position<'p>(
-    properties: &'p Properties,
+    properties: &'p Attributes,
     axis: &str,
 ) -> Option<(f64, Option<&'p str>)> {
     let is_axis = |name: &str| split_unit(name).0.eq_ignore_ascii_case(axis);
-    let mut found = properties.iter().filter(|(name, _)| is_axis(name));
+    let mut found = properties.0.iter().filter(|(name, _)| is_axis(name));
     let (name, value) = found.find_map(|(name, value)| Some((name, value.number()?)))?;
     let is_beside = |name: &&String| {
         let lower = name.to_ascii_lowercase();
@@ -81,7 +59,7 @@ pub(super) fn position<'p>(
         let unit = unit.trim_start_matches(['_', ' ', '-']);
         matches!(unit, "unit" | "units" | "unit_string")
     };
-    let beside = || text_of(properties, properties.keys().find(is_beside)?);
+    let beside = || properties.text(properties.0.keys().find(is_beside)?);
     Some((value, split_unit(name).1.or_else(beside)))
 }
 
@@ -100,6 +78,7 @@ pub(super) fn split_unit(name: &str) -> (&str, Option<&str>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Value;
 
     #[test]
     fn val_definition_times() {
@@ -135,7 +114,7 @@ mod tests {
             let pairs = pairs
                 .into_iter()
                 .map(|(name, value)| (name.to_owned(), value));
-            assert_eq!(position(&pairs.collect(), "x"), expected);
+            assert_eq!(position(&Attributes(pairs.collect()), "x"), expected);
         }
     }
 }

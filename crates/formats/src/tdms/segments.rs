@@ -6,11 +6,10 @@ use std::sync::Arc;
 use indexmap::IndexMap;
 
 use super::description::{self, Index, Kind};
-use super::property::Properties;
 use super::samples::{Data, Texts};
 use crate::cursor::{Budget, Cursor, beginning};
 use crate::rows::Pieces;
-use crate::{ByteOrder, Error, Options, Result};
+use crate::{Attributes, ByteOrder, Error, Options, Result};
 
 /// Bytes before the description of a segment.
 const LEAD: u64 = 28;
@@ -24,7 +23,7 @@ const NO_SAMPLES: u32 = u32::MAX;
 /// The file, a group or a channel.
 #[derive(Debug, Default)]
 pub(super) struct Object {
-    pub properties: Properties,
+    pub properties: Attributes,
     /// None before the first samples.
     pub kind: Option<Kind>,
     pub pieces: Pieces,
@@ -145,8 +144,8 @@ impl Segments {
             let entry = self.objects.entry(path);
             let object = entry.index();
             if matches!(entry, indexmap::map::Entry::Vacant(_)) {
-                self.budget
-                    .take((size_of::<Object>() + 2 * len + 64) as u64)?;
+                let bytes = size_of::<Object>() + 2 * len + 64;
+                self.budget.take(bytes as u64)?;
             }
             entry.or_default();
             self.index(object, cursor)?;
@@ -156,11 +155,8 @@ impl Segments {
                 let property = description::property(cursor, &name)?;
                 let bytes = 2 * name.len() + 2 * (cursor.at - from) + 128;
                 // What a later segment says replaces what an earlier one said.
-                if self.objects[object]
-                    .properties
-                    .insert(name, property)
-                    .is_none()
-                {
+                let properties = &mut self.objects[object].properties.0;
+                if properties.insert(name, property).is_none() {
                     self.budget.take(bytes as u64)?;
                 }
             }

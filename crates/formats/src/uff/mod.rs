@@ -274,7 +274,9 @@ fn add(
             sample,
             is_time_first: false,
         };
-        variable.place = rows.strided().unwrap_or(Place::Encoded { rows: 1 });
+        if let Some(strided) = rows.strided() {
+            variable.place = Place::Strided(strided);
+        }
         variable.sample_type = SampleType::Number(sample);
         container.push_decoded(variable, rows);
     }

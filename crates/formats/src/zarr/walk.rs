@@ -209,7 +209,7 @@ impl Described {
         let is_fill_a_gap = is_v2 && names.is_some() && has_fill;
         let fill = found.get("_FillValue").filter(|_| !is_v2);
         if let Some(fill) = fill.and_then(json::fill_of_xarray) {
-            set(&mut attributes, "_FillValue", fill);
+            attributes.0.insert("_FillValue".into(), fill);
         }
         if let Some(Json::Bool(fill)) = metadata.get("fill_value").filter(|_| is_v2) {
             // The only form that zarrs knows.
@@ -244,7 +244,7 @@ impl Described {
             return;
         }
         let value = Value::of_samples(sample, ByteOrder::NATIVE, bits);
-        set(&mut self.attributes, "_FillValue", value);
+        self.attributes.0.insert("_FillValue".into(), value);
     }
 
     /// What an array of version 2 holds that is no numbers.
@@ -265,11 +265,6 @@ impl Described {
             _ => None,
         }
     }
-}
-
-fn set(attributes: &mut Attributes, name: &str, value: Value) {
-    attributes.0.retain(|(found, _)| found != name);
-    attributes.insert(name, value);
 }
 
 /// Reads `datetime64` and `timedelta64` of version 2 as integers, and says in which unit.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use serde_json::Value as Json;
 use wavecascade_formats::{
-    ByteOrder, Container, Coordinate, Error, Format, Options, Place, Sample, SampleType, Value,
-    open,
+    ByteOrder, Container, Coordinate, Error, Format, Options, Place, Sample, SampleType, Strided,
+    Value, open,
 };
 
 const FILES: [&str; 6] = [
@@ -122,7 +122,7 @@ fn val_h5py_blocks() {
 fn val_h5py_places_and_kinds() {
     let container = open_fixture("plain.h5");
     let variable = |path: &str| &container.variables[container.find(path).unwrap()];
-    let Place::Strided { order, .. } = variable("big_endian").place else {
+    let Place::Strided(Strided { order, .. }) = variable("big_endian").place else {
         panic!("{:?}", variable("big_endian"));
     };
     assert_eq!(order, ByteOrder::Big);

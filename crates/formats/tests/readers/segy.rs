@@ -3,7 +3,8 @@
 use serde_json::Value as Json;
 use std::sync::Arc;
 use wavecascade_formats::{
-    ByteOrder, Container, Coordinate, Error, Format, Options, Place, Result, Sample, Value, open,
+    ByteOrder, Container, Coordinate, Error, Format, Options, Place, Result, Sample, Strided,
+    Value, open,
 };
 
 use super::common::{self, values};
@@ -99,12 +100,12 @@ fn regress_coordinates() {
     );
     assert_eq!(
         ibm.variables[0].place,
-        Place::Strided {
+        Place::Strided(Strided {
             start: 3840,
             strides: vec![288, 4],
             order: ByteOrder::Big,
             is_in_file: true,
-        }
+        })
     );
     let slant = opened("i32.sgy");
     assert_eq!(coordinate(&slant), Some("/distance"));

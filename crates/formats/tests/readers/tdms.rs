@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use serde_json::Value as Json;
 use wavecascade_formats::{
-    ByteOrder, Container, Coordinate, Error, Format, Options, Place, Sample, SampleType, Value,
-    Variable, open,
+    ByteOrder, Container, Coordinate, Error, Format, Options, Place, Sample, SampleType, Strided,
+    Value, Variable, open,
 };
 
 use super::common::{self, open_bytes};
@@ -177,7 +177,7 @@ fn val_nptdms_a_field_with_its_axes() {
     let container = opened("field.tdms");
     let scan = found(&container, "scan");
     assert_eq!(scan.shape(), [3, 20]);
-    assert!(matches!(&scan.place, Place::Strided { strides, .. } if *strides == [160, 8]));
+    assert!(matches!(&scan.place, Place::Strided(Strided { strides, .. }) if *strides == [160, 8]));
     assert_eq!(texts(scan, "channels"), ["p0", "p1", "p2"]);
     assert_eq!(texts(scan, "sensor"), ["s0", "s1", "s2"]);
     let attributes = &scan.attributes;
@@ -253,7 +253,7 @@ fn regress_samples_stay_in_place() {
         let variable = found(&container, path);
         assert_eq!(variable.shape(), shape, "{name}");
         let in_place = match &variable.place {
-            Place::Strided { strides, .. } => Some(strides.clone()),
+            Place::Strided(strided) => Some(strided.strides.clone()),
             Place::Encoded { .. } => None,
         };
         assert_eq!(in_place, strides, "{name}");
@@ -282,7 +282,7 @@ fn regress_scalings() {
     let alike = found(&container, "alike");
     assert_eq!(alike.sample_type.number(), Some(Sample::I16));
     assert_eq!(alike.attributes.number("scale_factor"), Some(3e-3));
-    assert!(matches!(alike.place, Place::Strided { .. }));
+    assert!(matches!(alike.place, Place::Strided(_)));
     let each = found(&container, "each");
     assert_eq!(each.sample_type.number(), Some(Sample::F64));
     assert_eq!(each.attributes.number("scale_factor"), None);

@@ -75,7 +75,7 @@ fn val_pyuff_nodes_are_the_coordinate() {
         let reference = records.attributes.get("reference_node");
         assert_eq!(reference, Some(&Value::Integers(vec![1])));
         assert_eq!(records.dimensions[1].name.as_deref(), Some("time"));
-        let is_strided = matches!(records.place, Place::Strided { .. });
+        let is_strided = matches!(records.place, Place::Strided(_));
         assert_eq!(is_strided, name == "little.uff");
     }
 }
