@@ -343,9 +343,8 @@ pub fn done(
     progress: &Progress,
 ) -> Result<Done, Failure> {
     command.check()?;
-    on_threads(result.how.threads, || {
-        made(command, result, files, progress)
-    })
+    let threads = command.about().threads;
+    on_threads(threads, || made(command, result, files, progress))
 }
 
 fn made(

@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(size("9x6cm"), Ok((90.0, Some(60.0))));
         assert_eq!(size("2x1in"), Ok((50.8, Some(25.4))));
         for wrong in ["", "mm", "86pt", "86x", "x60mm", "-3mm", "0x4cm", "1x2x3"] {
-            assert!(read(wrong).is_err(), "{wrong}");
+            assert!(size(wrong).is_err(), "{wrong}");
         }
     }
 }
