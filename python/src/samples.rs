@@ -231,10 +231,10 @@ impl Source {
             scene.map(|(text, step)| Ok::<_, Error>((SceneSource::new(None, text).setup()?, step)));
         let chain: Option<Chain> = chain.transpose()?;
         let sites = |(setup, _): &Chain| setup.simulation.chain.n_sites();
-        if chain
+        let is_part = chain
             .as_ref()
-            .is_some_and(|of| sites(of) != field.n_sites())
-        {
+            .is_some_and(|of| sites(of) != field.n_sites());
+        if is_part {
             // Of a part of the chain it is not known which body was struck.
             field.struck = None;
         }

@@ -190,13 +190,6 @@ pub struct Analyze {
     #[arg(required = true, value_name = "FIELD")]
     pub fields: Vec<PathBuf>,
 
-    /// File of the arrays: spectra.npz for NumPy, or spectra.nc for `xarray.open_dataset`, with named
-    /// dimensions, coordinates and units.
-    #[arg(long, value_enum, default_value_t = FormatArg::Npz)]
-    pub format: FormatArg,
-
-    #[command(flatten)]
-    pub result: ResultArgs,
     #[command(flatten)]
     pub input: Input,
     #[command(flatten)]
@@ -215,6 +208,12 @@ pub struct Analyze {
     pub work: WorkArgs,
     #[command(flatten)]
     pub show: ShowArgs,
+    /// File of the arrays: spectra.npz for NumPy, or spectra.nc for `xarray.open_dataset`, with named
+    /// dimensions, coordinates and units.
+    #[arg(long, value_enum, default_value_t = FormatArg::Npz, help_heading = "Output")]
+    pub format: FormatArg,
+    #[command(flatten)]
+    pub result: ResultArgs,
     #[command(flatten)]
     pub colors: ColorArgs,
 }

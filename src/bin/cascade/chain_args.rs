@@ -136,6 +136,7 @@ impl SweepCommand {
 
 /// Options of a command of many runs: threads, memory, output.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Output")]
 pub struct How {
     /// Worker threads [default: one a core]. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]

@@ -86,10 +86,8 @@ pub fn run(typed: &Convert) -> Result<(), Failure> {
 fn check_extension(typed: &Convert) -> Result<(), Error> {
     let extension = typed.out.extension().unwrap_or_default();
     let extension = extension.to_ascii_lowercase();
-    if FieldFile::EXTENSIONS
-        .iter()
-        .any(|known| extension == *known)
-    {
+    let mut all = FieldFile::EXTENSIONS.iter();
+    if all.any(|known| extension == *known) {
         return Ok(());
     }
     let names = FieldFile::EXTENSIONS.map(|known| format!(".{known}"));

@@ -23,6 +23,7 @@ use crate::words::as_text;
 
 /// Where the result of a command goes, and how it is made.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Output")]
 pub struct ResultArgs {
     /// Directory for the results; by default the file's name with the command's, here.
     #[arg(long, short, value_name = "DIR")]
@@ -33,9 +34,9 @@ pub struct ResultArgs {
     pub force: bool,
 
     #[command(flatten)]
-    pub figures: FigureArgs,
-    #[command(flatten)]
     pub how: How,
+    #[command(flatten)]
+    pub figures: FigureArgs,
 }
 
 /// A result that any thread may describe.
@@ -164,7 +165,7 @@ pub struct Reading<'a> {
     pub memory: Option<u64>,
     /// Of several files with a record each.
     pub scan: Option<&'a ScanArgs>,
-    /// Whether the result itself says how its field was read.
+    /// Whether the result itself says how its field was read, and its summary all warnings.
     pub is_told: bool,
 }
 
@@ -355,6 +356,7 @@ fn made(
 ) -> Result<Done, Failure> {
     let (about, quiet) = (command.about(), result.how.quiet);
     let is_scan = about.reading.is_some_and(|reading| reading.is_scan());
+    let is_told = about.reading.is_some_and(|reading| reading.is_told);
     let mut drawing = result.figures.drawing(about.colors)?;
     let memory = about.reading.and_then(|reading| reading.memory);
     drawing.threads = memory
@@ -377,24 +379,18 @@ fn made(
         true => None,
         false => result.out.clone().or_else(default),
     };
-    let begun = || {
-        let directory = out
-            .as_ref()
-            .map(|out| ResultDirectory::create(out, result.force));
-        directory.transpose()
-    };
+    let create = |out: &PathBuf| ResultDirectory::create(out, result.force);
+    let begun = || out.as_ref().map(create).transpose();
     // Before any work: could the result be written?
     drop(begun()?);
     let (fields, records) = match about.reading {
-        Some(reading) => open(files, reading, true, quiet || reading.is_told, progress)?,
+        Some(reading) => open(files, reading, true, quiet || is_told, progress)?,
         None => Default::default(),
     };
+    let states = files.iter().map(|path| FileState::at(path));
     let opened: Vec<FileState> = match about.reading {
         Some(_) => fields.iter().filter_map(Field::file_state).collect(),
-        None => files
-            .iter()
-            .map(|path| FileState::at(path))
-            .collect::<Result<_, _>>()?,
+        None => states.collect::<Result<_, _>>()?,
     };
     progress.begin_writing();
     let directory = begun()?;
@@ -474,11 +470,12 @@ fn made(
         let took = seconds.map_or(String::new(), |seconds| format!("done in {seconds:.2} s; "));
         summary.last(&format!("{took}open {}{}", main.display(), found.next));
     }
+    let warnings = sheet.warnings.iter().filter(|_| !is_told);
     Ok(Done {
         json: described.json,
         main,
         summary,
-        warnings: sheet.warnings.clone(),
+        warnings: warnings.cloned().collect(),
         headlines: found.headlines.clone(),
         failed: found.failed.clone(),
     })

@@ -240,10 +240,8 @@ fn shape(field: &Field) -> String {
 /// The command that analyzes the field as it was read here.
 fn command(typed: &Inspect, field: &Field) -> String {
     let words = crate::words::as_text();
-    let after = words
-        .iter()
-        .position(|word| word == "inspect")
-        .map_or(1, |at| at + 1);
+    let at = words.iter().position(|word| word == "inspect");
+    let after = at.map_or(1, |at| at + 1);
     let rest = words[after..].iter().filter(|word| *word != "--channels");
     let mut rest: Vec<String> = rest.map(|word| quoted(word)).collect();
     let counts = |axis: &Axis| *axis == Axis::index();

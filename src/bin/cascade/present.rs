@@ -81,14 +81,11 @@ fn picture_of(page: &Path) -> Option<PathBuf> {
     let folder = page.parent()?;
     let within = |folder: PathBuf| {
         let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        let paths = files.map(|file| file.path());
-        let mut found: Vec<PathBuf> = paths
-            .filter(|path| path.extension().is_some_and(|extension| extension == "png"))
-            .collect();
+        let is_png = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "png");
+        let mut found: Vec<PathBuf> = files.map(|file| file.path()).filter(is_png).collect();
         found.sort();
-        let main = MAIN
-            .iter()
-            .find_map(|name| found.iter().find(|path| path.ends_with(name)));
+        let named = |name: &&str| found.iter().find(|path| path.ends_with(name));
+        let main = MAIN.iter().find_map(named);
         main.or(found.first()).cloned()
     };
     within(folder.join("figures")).or_else(|| within(folder.to_owned()))
