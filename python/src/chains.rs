@@ -1,29 +1,25 @@
 //! Chains: runs and sweeps.
 
 use std::collections::HashMap;
-use std::path::Path;
 use std::sync::Arc;
 
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use serde_json::{Value, json};
 use wavecascade::Result;
 use wavecascade::arrays::Precision;
 use wavecascade::chain::scene::{SceneSource, Setting};
-use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
 use wavecascade::report::{Provenance, RunFile, RunParts, sheet_html};
-use wavecascade::sheet::Describe;
-use wavecascade::sweep::{Outcome, Part, Sweep, Swept, read};
+use wavecascade::sweep::{Part, Sweep, Swept, read};
 
-use super::analysis::on_threads;
-use super::faults::{self, From, keywords};
+use super::faults::{self, From};
 use super::kept::Kept;
 use super::page::Page;
 use super::typed::{provenance, typed};
 use super::watch;
 use crate::advice;
+use crate::prelude::*;
 use crate::scene::source_of;
 
 /// A run with its scene.
@@ -95,18 +91,17 @@ pub fn simulate<'py>(
         RunFile::hand_over(&setup, &run, &kept, observer)?;
         Ok((RunFile { setup, run }, kept))
     };
-    let done = watch::run(py, progress.as_ref(), work)?;
-    let (file, kept) = done.map_err(|error| faults::of(py, error, From::Files))?;
+    let (file, kept) = watch::run(py, progress.as_ref(), From::Files, work)?;
     let out = kept.into_python(py)?;
     let warnings = file.run.report.warnings.iter();
-    let warnings = warnings.map(|w| ("run", keywords(&w.message()), keywords(advice::of_run(w))));
+    let warnings = warnings.map(|one| faults::warning("run", &advice::of_run(one)));
     out.set_item("warnings", PyList::new(py, warnings)?)?;
     let described = serde_json::to_string(&file.setup.description()).map_err(value_error)?;
     out.set_item("description", described)?;
     Ok(out)
 }
 
-/// `cascade sweep`: names of the columns, and rows in JSON. With a directory, it resumes there.
+/// `cascade sweep`: its table in CSV, ensembles in JSON, the scene, the page. With a directory, it resumes there.
 #[pyfunction]
 #[pyo3(signature = (text, words, progress=None))]
 pub fn sweep(
@@ -114,7 +109,7 @@ pub fn sweep(
     text: Option<String>,
     words: Vec<String>,
     progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<(String, Page)> {
+) -> PyResult<(String, String, String, Page)> {
     let typed = typed!(&words, Sweep);
     let threads = typed.how.threads;
     let work = |observer: &dyn Observer| -> Result<_> {
@@ -128,34 +123,14 @@ pub fn sweep(
             }
         })
     };
-    let done = watch::run(py, progress.as_ref(), work)?;
-    let (request, outcomes) = done.map_err(|error| faults::of(py, error, From::Files))?;
-    let rows: serde_json::Result<Vec<Value>> = outcomes
-        .iter()
-        .map(|(&member, outcome)| {
-            let (measures, failure) = match outcome {
-                Outcome::Done(measures) => (serde_json::to_value(measures)?, None),
-                Outcome::Failed(reason) => (json!({}), Some(reason)),
-            };
-            Ok(json!([request.values(member), measures, failure]))
-        })
-        .collect();
-    let rows = rows.map_err(value_error)?;
-    let keys: Vec<&str> = request.vary.iter().map(|axis| axis.key.as_str()).collect();
-    let columns = serde_json::to_value(wavecascade::sweep::Measures::default());
-    let columns = columns.map_err(value_error)?;
-    let columns: Vec<&String> = columns
-        .as_object()
-        .into_iter()
-        .flat_map(|c| c.keys())
-        .collect();
-    let table = json!({ "keys": keys, "columns": columns, "rows": rows, "scene": request.scene,
-        "ensembles": request.ensembles(&outcomes) });
-    let swept = Swept { request, outcomes };
+    let (request, outcomes) = watch::run(py, progress.as_ref(), From::Files, work)?;
+    let ensembles = serde_json::to_string(&request.ensembles(&outcomes)).map_err(value_error)?;
+    let (scene, swept) = (request.scene.clone(), Swept { request, outcomes });
+    let csv = swept.csv().map_err(value_error)?;
     let provenance = Provenance::new(provenance(&words), None, None);
     let page = Page::new(move || {
         let style = Style::screen();
         sheet_html(&swept, &swept.describe(), "sweep", &provenance, &style)
     });
-    Ok((table.to_string(), page))
+    Ok((csv, ensembles, scene, page))
 }

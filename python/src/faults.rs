@@ -1,11 +1,14 @@
 //! Errors of the library as exceptions, in the same words.
 
+use std::io::ErrorKind;
+
 use pyo3::exceptions::{
     PyFileExistsError, PyFileNotFoundError, PyKeyboardInterrupt, PyMemoryError, PyOSError,
     PyRuntimeError, PyTypeError, PyValueError,
 };
 use pyo3::prelude::*;
 use wavecascade::Error;
+use wavecascade::sheet::Warning;
 
 use crate::failure::Failure;
 
@@ -16,55 +19,36 @@ pub enum From {
     Memory,
 }
 
-/// An error of the library.
-pub fn of(py: Python<'_>, error: Error, from: From) -> PyErr {
-    of_failure(py, Failure::Library(error), from)
-}
-
-/// An error of a command. What to do is a note of the exception.
-pub fn of_failure(py: Python<'_>, failure: Failure, from: From) -> PyErr {
-    let text = match &failure {
-        Failure::Library(Error::Request {
-            option,
-            expected,
-            found,
-        }) => {
-            let option = option.replace('-', "_");
-            format!("{option}: expected {expected}, found {found}")
-        }
-        Failure::Library(error) => error.to_string(),
-        other => other.text().unwrap_or_default(),
-    };
-    let advice = failure.advice().map(|advice| keywords(&advice));
-    let text = shortened(keywords(&text));
-    let error = match &failure {
+/// An error of the library or of a command. What to do is a note of the exception.
+pub fn of(py: Python<'_>, failure: impl Into<Failure>, from: From) -> PyErr {
+    let failure = failure.into();
+    let of_files = from == From::Files;
+    let new: fn(String) -> PyErr = match &failure {
         Failure::Library(error) => match error {
-            Error::Read { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
-                PyFileNotFoundError::new_err(text)
+            Error::Read { source, .. } if source.kind() == ErrorKind::NotFound => {
+                PyFileNotFoundError::new_err
             }
-            Error::Exists { .. } => PyFileExistsError::new_err(text),
-            Error::Input { .. } | Error::Scan { .. } if from == From::Files => {
-                PyOSError::new_err(text)
-            }
-            Error::Read { .. }
-            | Error::Write { .. }
-            | Error::Changed { .. }
-            | Error::Damaged { .. }
-            | Error::Busy { .. }
-            | Error::OutputInUse { .. } => PyOSError::new_err(text),
-            Error::Memory { .. } | Error::Refused { .. } => PyMemoryError::new_err(text),
-            Error::Cancelled | Error::Paused { .. } => PyKeyboardInterrupt::new_err(text),
-            Error::Parseval { .. } | Error::Threads { .. } | Error::Draw { .. } => {
-                PyRuntimeError::new_err(text)
-            }
-            _ => PyValueError::new_err(text),
+            Error::Exists { .. } => PyFileExistsError::new_err,
+            Error::Input { .. } | Error::Scan { .. } if of_files => PyOSError::new_err,
+            Error::Read { .. } | Error::Write { .. } | Error::Changed { .. } => PyOSError::new_err,
+            Error::Damaged { .. } | Error::Busy { .. } => PyOSError::new_err,
+            Error::OutputInUse { .. } => PyOSError::new_err,
+            Error::Memory { .. } | Error::Refused { .. } => PyMemoryError::new_err,
+            Error::Cancelled | Error::Paused { .. } => PyKeyboardInterrupt::new_err,
+            Error::Parseval { .. } | Error::Threads { .. } => PyRuntimeError::new_err,
+            Error::Draw { .. } => PyRuntimeError::new_err,
+            _ => PyValueError::new_err,
         },
-        Failure::Output(_) => PyOSError::new_err(text),
-        _ => PyValueError::new_err(text),
+        Failure::Output(_) => PyOSError::new_err,
+        _ => PyValueError::new_err,
     };
-    if let Some(advice) = advice {
+    let text = failure.text().unwrap_or_default();
+    let error = new(shortened(keywords(&text)));
+    if let Some(advice) = failure.advice() {
         // Without its note it is the same error.
-        let _ = error.value(py).call_method1("add_note", (advice,));
+        let _ = error
+            .value(py)
+            .call_method1("add_note", (keywords(&advice),));
     }
     error
 }
@@ -95,6 +79,11 @@ fn shortened(text: String) -> String {
         String::from_iter(head),
         String::from_iter(tail)
     )
+}
+
+/// `(of, message, advice)` of a finding about `of`.
+pub fn warning(of: &'static str, found: &Warning) -> (&'static str, String, String) {
+    (of, keywords(&found.message), keywords(&found.advice))
 }
 
 /// The text with options as keywords: `--pad-time 3` as `pad_time=3`, `--direct` as `direct`.

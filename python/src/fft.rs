@@ -1,15 +1,12 @@
-//! Real transforms of NumPy arrays along one axis: columns by `column-fft`, contiguous rows by realfft.
+//! Real transforms of contiguous NumPy arrays along one axis: columns by `column-fft`, rows by realfft.
 
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
 use column_fft::{ColumnFftPlanner, FftError, Real, RealToComplex, RealToComplexColumns, rows};
-use ndarray::{
-    ArrayView1, ArrayView2, ArrayViewD, ArrayViewMut1, ArrayViewMut2, ArrayViewMutD, Axis,
-};
+use ndarray::{ArrayView1, ArrayView3, ArrayViewMut1, ArrayViewMut3, Axis, Dimension};
 use num_complex::Complex;
-use numpy::{Element, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{Element, PyArray3, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -41,13 +38,15 @@ impl<T: Real> Plans<T> {
         if self.kept.len() >= KEPT {
             *self = Plans::new();
         }
-        Ok(Arc::clone(match self.kept.entry(len) {
-            Entry::Occupied(found) => found.into_mut(),
-            Entry::Vacant(place) => place.insert(Arc::new(Transform {
-                columns: self.planner.plan_fft_forward(len)?,
-                rows: rows::plan_fft_forward(len),
-            })),
-        }))
+        if let Some(kept) = self.kept.get(&len) {
+            return Ok(Arc::clone(kept));
+        }
+        let made = Arc::new(Transform {
+            columns: self.planner.plan_fft_forward(len)?,
+            rows: rows::plan_fft_forward(len),
+        });
+        self.kept.insert(len, Arc::clone(&made));
+        Ok(made)
     }
 }
 
@@ -71,21 +70,24 @@ impl Planned for f64 {
 }
 
 impl<T: Planned> Transform<T> {
-    /// Of `(n, columns)`, on one thread or on all of the pool.
-    fn columns(
+    /// Along the middle axis, on one thread or on all of the pool.
+    fn along(
         &self,
-        input: ArrayView2<T>,
-        output: ArrayViewMut2<Complex<T>>,
+        input: ArrayView3<T>,
+        mut output: ArrayViewMut3<Complex<T>>,
         is_parallel: bool,
     ) -> Result<(), FftError> {
-        match is_parallel {
-            true => self.columns.process_in_parallel(input, output),
-            false => self.columns.process(input, output),
+        if input.len_of(Axis(2)) > 1 {
+            let mut pairs = input.outer_iter().zip(output.outer_iter_mut());
+            return pairs.try_for_each(|(from, to)| match is_parallel {
+                true => self.columns.process_in_parallel(from, to),
+                false => self.columns.process(from, to),
+            });
         }
-    }
-
-    /// Of `(rows, n)`, each row contiguous.
-    fn rows(&self, input: ArrayView2<T>, mut output: ArrayViewMut2<Complex<T>>, is_parallel: bool) {
+        let (input, mut output) = (
+            input.remove_axis(Axis(2)),
+            output.index_axis_mut(Axis(2), 0),
+        );
         let scratch = || (self.rows.make_input_vec(), self.rows.make_scratch_vec());
         let one =
             |(row, scratch): &mut (Vec<T>, Vec<Complex<T>>),
@@ -105,76 +107,7 @@ impl<T: Planned> Transform<T> {
             let pairs = input.outer_iter().zip(output.outer_iter_mut());
             pairs.for_each(|pair| one(&mut scratch, pair));
         }
-    }
-
-    /// Of `(rows, n)`, each row contiguous or not.
-    fn of_either(
-        &self,
-        input: ArrayView2<T>,
-        output: ArrayViewMut2<Complex<T>>,
-        is_parallel: bool,
-    ) -> Result<(), FftError> {
-        let is_contiguous = |stride: isize, len: usize| stride == 1 || len <= 1;
-        if is_contiguous(input.strides()[1], input.ncols())
-            && is_contiguous(output.strides()[1], output.ncols())
-        {
-            self.rows(input, output, is_parallel);
-            return Ok(());
-        }
-        self.columns(input.reversed_axes(), output.reversed_axes(), is_parallel)
-    }
-
-    /// Along the last axis, all but one of the others one by one.
-    fn one_by_one(
-        &self,
-        input: ArrayViewD<T>,
-        mut output: ArrayViewMutD<Complex<T>>,
-        is_parallel: bool,
-    ) -> Result<(), FftError> {
-        let two = (
-            input.view().into_dimensionality(),
-            output.view_mut().into_dimensionality(),
-        );
-        if let (Ok(input), Ok(output)) = two {
-            return self.of_either(input, output, is_parallel);
-        }
-        let mut pairs = input.outer_iter().zip(output.outer_iter_mut());
-        pairs.try_for_each(|(from, to)| self.one_by_one(from, to, is_parallel))
-    }
-
-    /// Along `axis` of arrays of equal other axes.
-    fn along(
-        &self,
-        axis: usize,
-        input: ArrayViewD<T>,
-        mut output: ArrayViewMutD<Complex<T>>,
-        is_parallel: bool,
-    ) -> Result<(), FftError> {
-        let before: usize = input.shape()[..axis].iter().product();
-        let after: usize = input.shape()[axis + 1..].iter().product();
-        let (n, bins) = (input.shape()[axis], output.shape()[axis]);
-        let from = input.view().into_shape_with_order((before, n, after));
-        let to = output
-            .view_mut()
-            .into_shape_with_order((before, bins, after));
-        match (from, to) {
-            (Ok(from), Ok(to)) if after == 1 => {
-                let rows = from.index_axis_move(Axis(2), 0);
-                self.of_either(rows, to.index_axis_move(Axis(2), 0), is_parallel)
-            }
-            (Ok(from), Ok(mut to)) => {
-                let mut pairs = from.outer_iter().zip(to.outer_iter_mut());
-                pairs.try_for_each(|(from, to)| self.columns(from, to, is_parallel))
-            }
-            _ => {
-                // The axis last, and one of length 1 before all, so that there are two.
-                let others = (0..input.ndim()).filter(|&other| other != axis);
-                let order: Vec<usize> = others.chain([axis]).collect();
-                let input = input.permuted_axes(order.clone()).insert_axis(Axis(0));
-                let output = output.permuted_axes(order).insert_axis(Axis(0));
-                self.one_by_one(input, output, is_parallel)
-            }
-        }
+        Ok(())
     }
 }
 
@@ -205,27 +138,24 @@ fn with_workers<R: Send>(
 }
 
 fn transformed<'py, T: Planned>(
-    input: &Bound<'py, PyArrayDyn<T>>,
-    axis: usize,
+    input: &Bound<'py, PyArray3<T>>,
     workers: usize,
 ) -> PyResult<Bound<'py, PyAny>>
 where
     Complex<T>: Element,
 {
-    let py = input.py();
-    let mut shape = input.shape().to_vec();
-    let length = shape[axis];
+    let (before, length, after) = input.dims().into_pattern();
     // The lock of all plans is let go of: work waits for none, and holds none.
     let transform = T::plans().transform(length).map_err(told)?;
-    shape[axis] = length / 2 + 1;
+    let shape = (before, length / 2 + 1, after);
     // SAFETY: every element is written below, or none exists.
-    let output = unsafe { PyArrayDyn::<Complex<T>>::new(py, shape, false) };
+    let output = unsafe { PyArray3::<Complex<T>>::new(input.py(), shape, false) };
     {
         // SAFETY: the new array has no other owner; the input is only read, as by any function that releases
         // the lock.
         let (from, to) = unsafe { (input.as_array(), output.as_array_mut()) };
-        let work = |is_parallel| transform.along(axis, from, to, is_parallel);
-        let done = py.detach(|| with_workers(workers, work));
+        let work = |is_parallel| transform.along(from, to, is_parallel);
+        let done = input.py().detach(|| with_workers(workers, work));
         done.map_err(told)?.map_err(told)?;
     }
     Ok(output.into_any())
@@ -235,20 +165,15 @@ fn told(error: impl std::error::Error) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-/// Real numbers to their spectra along `axis`: `n / 2 + 1` bins. No axis has length 0.
+/// Real numbers `(before, n, after)`, contiguous, to their spectra: `n / 2 + 1` bins along the middle axis. None has
+/// length 0.
 #[pyfunction]
-#[pyo3(signature = (a, axis, workers))]
-pub fn rfft<'py>(
-    a: &Bound<'py, PyUntypedArray>,
-    axis: usize,
-    workers: usize,
-) -> PyResult<Bound<'py, PyAny>> {
-    if axis >= a.ndim() || a.shape().contains(&0) {
-        let text = format!("axis: expected one of an array with samples, found {axis}");
-        return Err(PyValueError::new_err(text));
+pub fn rfft<'py>(a: &Bound<'py, PyUntypedArray>, workers: usize) -> PyResult<Bound<'py, PyAny>> {
+    if a.shape().contains(&0) {
+        return Err(PyValueError::new_err("a: expected samples, found none"));
     }
-    match a.cast::<PyArrayDyn<f64>>() {
-        Ok(a) => transformed(a, axis, workers),
-        Err(_) => transformed::<f32>(a.cast()?, axis, workers),
+    match a.cast::<PyArray3<f64>>() {
+        Ok(a) => transformed(a, workers),
+        Err(_) => transformed::<f32>(a.cast()?, workers),
     }
 }

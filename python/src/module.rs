@@ -21,7 +21,7 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = true)]
 mod _native {
     #[pymodule_export]
-    use super::analysis::{analyze, filter, inspected, open, planned};
+    use super::analysis::{filter, inspected, open, planned};
     #[pymodule_export]
     use super::chains::{Run, simulate, sweep};
     #[pymodule_export]

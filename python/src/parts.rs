@@ -1,7 +1,5 @@
 //! Averages in parts: sums over blocks of a record, and the result of all.
 
-use std::path::{Path, PathBuf};
-
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -11,21 +9,17 @@ use wavecascade::estimates::{
     BlockPlace, Combined, DividedRequest, Part, Partial as Sums, combine as combined, join,
     outline, partial as sum, partial_of_block,
 };
-use wavecascade::observer::Observer;
 use wavecascade::report::{Provenance, read_partial, write_partial};
-use wavecascade::sheet::Describe;
-use wavecascade::{Error, Field};
 
 use super::faults;
 use super::kept::Kept;
 use super::results::{Made, each_field};
-use super::samples::{Opener, Source};
+use super::samples::Source;
 use super::typed::{command, provenance};
 use super::watch;
 use crate::args::Command;
 use crate::estimates::parts::any;
-use crate::failure::Failure;
-use crate::parse;
+use crate::prelude::*;
 
 /// Sums over some segments of a record, of :func:`partial`.
 #[pyclass(frozen, module = "wavecascade._native")]
@@ -116,32 +110,20 @@ fn numbers(array: Bound<'_, PyArray1<f64>>) -> PyResult<Vec<f64>> {
     Ok(read.as_slice()?.to_vec())
 }
 
-/// Fields that are summed in parts, and how.
-struct Opened {
-    fields: Vec<Field>,
-    part: Option<Part>,
-    request: DividedRequest,
-}
+/// Fields that are summed in parts, what is summed of them, and of which part if that is typed.
+type Opened = (Vec<Field>, DividedRequest, Option<Part>);
 
-impl Opened {
-    /// What these words say of these fields.
-    fn new(words: &Command, openers: Vec<Opener>) -> Result<Opened, Failure> {
-        let typed = match words {
-            Command::Estimate(typed) => typed.in_parts(),
-            _ => None,
-        };
+/// What these words say of these fields.
+fn opened(words: &Command, sources: Vec<Source>) -> Result<Opened, Failure> {
+    let Command::Estimate(typed) = words else {
         let expected = "spectrum or coherence";
-        let typed = typed.ok_or_else(|| Error::request("estimate", expected, "another command"))?;
-        let (parts, shared) = typed.parts();
-        let reading = shared.reading();
-        let open = |opener: Opener| opener.open_unhashed(reading.input, reading.memory);
-        let fields = each_field(openers)?.into_iter().map(open);
-        Ok(Opened {
-            fields: fields.collect::<Result<_, _>>()?,
-            part: parts.part,
-            request: typed.divided()?,
-        })
-    }
+        return Err(Error::request("estimate", expected, "another command").into());
+    };
+    let (_, estimate, shared) = typed.typed();
+    let open = |source: Source| source.open_unhashed(shared.reading());
+    let fields: Result<_, Error> = each_field(sources)?.into_iter().map(open).collect();
+    let part = estimate.parts().and_then(|parts| parts.part);
+    Ok((fields?, estimate.divided()?, part))
 }
 
 /// Sums over a part of the segments of fields; or, with the place of its first sample in a record and the samples
@@ -156,29 +138,23 @@ pub fn partial(
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Partial> {
     let from = sources.first().map_or(faults::From::Memory, Source::from);
-    let openers: Vec<Opener> = sources.iter().map(Source::opener).collect();
-    let name = openers.first().and_then(Opener::path);
+    let name = sources.first().and_then(Source::path);
     let words = command(&words)?;
     let work = |observer: &dyn Observer| -> Result<Sums, Failure> {
-        let Opened {
-            fields,
-            part,
-            request,
-        } = Opened::new(&words, openers)?;
-        let opened: Vec<&Field> = fields.iter().collect();
-        let found = match (place, &opened[..]) {
+        let (fields, request, part) = opened(&words, sources)?;
+        let all: Vec<&Field> = fields.iter().collect();
+        let found = match (place, &all[..]) {
             (Some((first, record)), [field]) => {
                 let place = BlockPlace { first, record };
                 partial_of_block(field, place, &request, observer)
             }
-            (Some(_), several) => Err(Error::Request {
-                option: "field",
-                expected: "one field, of which the block is a part".into(),
-                found: several.len().to_string(),
-            }),
+            (Some(_), several) => {
+                let expected = "one field, of which the block is a part";
+                Err(Error::request("field", expected, several.len()))
+            }
             (None, _) => {
                 let whole = Part { number: 1, of: 1 };
-                sum(&opened, &request, part.unwrap_or(whole), observer)
+                sum(&all, &request, part.unwrap_or(whole), observer)
             }
         };
         let name = name.unwrap_or_else(|| Path::new("field").to_owned());
@@ -186,9 +162,7 @@ pub fn partial(
         fields.iter().try_for_each(Field::check_unchanged)?;
         Ok(found)
     };
-    let done = watch::run(py, progress.as_ref(), work)?;
-    let done = done.map_err(|error| faults::of_failure(py, error, from))?;
-    Ok(Partial(done))
+    Ok(Partial(watch::run(py, progress.as_ref(), from, work)?))
 }
 
 fn result(found: Combined, fields: &[String]) -> Result<Made, Failure> {
@@ -226,11 +200,8 @@ pub fn combine<'py>(
     let parts = sums(&partials);
     let fields = parts.first().map(|part| part.about.fields.clone());
     let fields = fields.unwrap_or_default();
-    let found = watch::run(py, None, |_: &dyn Observer| -> Result<Made, Failure> {
-        result(combined(&parts, memory, threads)?, &fields)
-    })?;
-    let found = found.map_err(|error| faults::of_failure(py, error, faults::From::Memory))?;
-    found.into_python(py)
+    let work = |_: &dyn Observer| result(combined(&parts, memory, threads)?, &fields);
+    watch::run(py, None, faults::From::Memory, work)?.into_python(py)
 }
 
 /// One partial of several whose segments follow one another, in so much memory as `memory` says.
@@ -258,12 +229,9 @@ pub fn outlined<'py>(
     words: Vec<String>,
     times: usize,
 ) -> PyResult<(Bound<'py, PyDict>, (usize, usize, usize))> {
-    let opener = source.opener();
     let words = command(&words)?;
     let work = || -> Result<_, Failure> {
-        let Opened {
-            fields, request, ..
-        } = Opened::new(&words, vec![opener])?;
+        let (fields, request, _) = opened(&words, vec![source])?;
         let found = outline(&fields[0], times, &request)?;
         let cut = found.segments;
         Ok((
@@ -271,7 +239,6 @@ pub fn outlined<'py>(
             (cut.length, cut.hop, cut.count()),
         ))
     };
-    let (found, cut) =
-        work().map_err(|error| faults::of_failure(py, error, faults::From::Memory))?;
+    let (found, cut) = work().map_err(|error| faults::of(py, error, faults::From::Memory))?;
     Ok((found.into_python(py)?, cut))
 }

@@ -1,19 +1,17 @@
 //! NumPy arrays as samples of a field, without a copy.
 
-use std::path::PathBuf;
-
 use numpy::{PyArrayDescrMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use wavecascade::chain::scene::SceneSource;
 use wavecascade::field::{
     ByteOrder, Layout, ListedAxis, MemoryLabels, MemorySamples, OpenOptions, Sample, SharedBytes,
 };
-use wavecascade::{Error, Field};
+use wavecascade::report::RunFile;
 
 use super::faults;
 use crate::analyze::open_options;
-use crate::args::Input;
-use crate::scan_args::ScanArgs;
+use crate::prelude::*;
 
 /// The memory of an array, which lives as long as anything refers to it.
 struct ArrayMemory {
@@ -36,7 +34,7 @@ impl AsRef<[u8]> for ArrayMemory {
 }
 
 /// An array of one or two dimensions with what is known of its axes.
-#[pyclass(frozen, module = "wavecascade._native")]
+#[pyclass(frozen, from_py_object, module = "wavecascade._native")]
 #[derive(Clone)]
 pub struct Samples {
     samples: MemorySamples,
@@ -181,78 +179,76 @@ fn sample_of(array: &Bound<'_, PyUntypedArray>) -> PyResult<(Sample, ByteOrder)>
     Ok((sample, order))
 }
 
-/// Where samples come from: paths of files, or an array.
+/// Where samples come from: an array, or paths of files.
 #[derive(FromPyObject)]
-pub enum Source<'py> {
-    Memory(PyRef<'py, Samples>),
+pub enum Source {
+    Memory(Samples),
     Files(Vec<PathBuf>),
 }
 
-/// The same without the interpreter.
-pub enum Opener {
-    Memory(Box<Samples>),
-    Files(Vec<PathBuf>),
-}
-
-impl Source<'_> {
-    pub fn opener(&self) -> Opener {
-        match self {
-            Source::Memory(samples) => Opener::Memory(Box::new((**samples).clone())),
-            Source::Files(paths) => Opener::Files(paths.clone()),
-        }
-    }
-
+impl Source {
     pub fn from(&self) -> faults::From {
         match self {
             Source::Memory(_) => faults::From::Memory,
             Source::Files(_) => faults::From::Files,
         }
     }
-}
 
-impl Opener {
     /// The field.
-    pub fn open(
-        self,
-        input: &Input,
-        memory: Option<u64>,
-        scan: Option<&ScanArgs>,
-    ) -> Result<Field, Error> {
-        self.with(&open_options(input, memory), scan)
+    pub fn open(self, reading: Reading) -> Result<Field, Error> {
+        self.open_as(reading, true)
     }
 
     /// The field without the hash of its file, which reads all of it.
-    pub fn open_unhashed(self, input: &Input, memory: Option<u64>) -> Result<Field, Error> {
+    pub fn open_unhashed(self, reading: Reading) -> Result<Field, Error> {
+        self.open_as(reading, false)
+    }
+
+    fn open_as(self, reading: Reading, hash: bool) -> Result<Field, Error> {
         let options = OpenOptions {
-            hash: false,
-            ..open_options(input, memory)
+            hash,
+            ..open_options(reading.input, reading.memory)
         };
-        self.with(&options, None)
-    }
-
-    fn with(self, options: &OpenOptions, scan: Option<&ScanArgs>) -> Result<Field, Error> {
-        match self {
-            Opener::Memory(samples) => samples.field(options),
-            Opener::Files(paths) => match scan {
-                Some(scan) => scan.open(&paths, options).map(|(field, _)| field),
-                None => Field::open(&paths[0], options),
-            },
+        match (self, reading.scan) {
+            (Source::Memory(samples), _) => samples.field(&options),
+            (Source::Files(paths), Some(scan)) => scan.open(&paths, &options).map(|(f, _)| f),
+            (Source::Files(paths), None) => Field::open(&paths[0], &options),
         }
     }
 
-    /// The scene of a run in memory, and the step of its times.
-    pub fn scene(&self) -> Option<(String, f64)> {
-        match self {
-            Opener::Memory(samples) => samples.scene.clone(),
-            Opener::Files(_) => None,
+    /// The field with the chain that it is a part of, of this run if that is known.
+    pub fn open_of_chain(
+        self,
+        reading: Reading,
+        run: Option<&RunFile>,
+    ) -> Result<(Field, Option<Chain>), Error> {
+        let scene = match &self {
+            Source::Memory(samples) => samples.scene.clone(),
+            Source::Files(_) => None,
+        };
+        let mut field = self.open(reading)?;
+        let chain =
+            scene.map(|(text, step)| Ok::<_, Error>((SceneSource::new(None, text).setup()?, step)));
+        let chain: Option<Chain> = chain.transpose()?;
+        let sites = |(setup, _): &Chain| setup.simulation.chain.n_sites();
+        let is_part = chain
+            .as_ref()
+            .is_some_and(|of| sites(of) != field.n_sites());
+        if is_part {
+            // Of a part of the chain it is not known which body was struck.
+            field.struck = None;
         }
+        if let Some(run) = run.filter(|file| file.run.velocity.ncols() == field.n_sites()) {
+            run.run.label(&mut field);
+        }
+        Ok((field, chain))
     }
 
     /// The file, if it is one.
     pub fn path(&self) -> Option<PathBuf> {
         match self {
-            Opener::Files(paths) => paths.first().cloned(),
-            Opener::Memory(_) => None,
+            Source::Files(paths) => paths.first().cloned(),
+            Source::Memory(_) => None,
         }
     }
 }

@@ -7,7 +7,9 @@ use std::time::Duration;
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use wavecascade::observer::Observer;
+
+use super::faults;
+use crate::prelude::*;
 
 /// Time between two looks at signals and progress.
 const INTERVAL: Duration = Duration::from_millis(50);
@@ -53,12 +55,13 @@ impl Observer for Watch {
     }
 }
 
-/// Does `work` in a thread of its own, without the lock of the interpreter. The calling thread looks after
-/// signals, and calls `progress(stage, done, units)`; an exception there cancels the work.
-pub fn run<T: Send>(
+/// Does `work` on samples that come from there in a thread of its own, without the lock of the interpreter. The calling
+/// thread looks after signals, and calls `progress(stage, done, units)`; an exception there cancels the work.
+pub fn run<T: Send, E: Into<Failure> + Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
-    work: impl FnOnce(&dyn Observer) -> T + Send,
+    from: faults::From,
+    work: impl FnOnce(&dyn Observer) -> Result<T, E> + Send,
 ) -> PyResult<T> {
     let watch = Watch::default();
     let progress = progress.map(|progress| progress.clone().unbind());
@@ -105,6 +108,6 @@ pub fn run<T: Send>(
     });
     match failed {
         Some(error) => Err(error),
-        None => done,
+        None => done?.map_err(|error| faults::of(py, error, from)),
     }
 }

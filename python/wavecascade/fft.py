@@ -51,7 +51,13 @@ def rfft(a: npt.ArrayLike, *, axis: int, workers: int = 1) -> npt.NDArray[np.com
     threads = workers + 1 + cores if workers < 0 else workers
     if threads <= 0:
         raise ValueError(f"workers: expected a number but 0, from -{cores} on, found {workers}")
-    return _native.rfft(samples, axis, threads)
+    if samples.flags.f_contiguous and not samples.flags.c_contiguous:
+        # Transposed it is in C order.
+        return rfft(samples.T, axis=samples.ndim - 1 - axis, workers=workers).T
+    shape = samples.shape
+    # Of a copy where strides are others.
+    flat = np.ascontiguousarray(samples).reshape(int(np.prod(shape[:axis])), length, -1)
+    return _native.rfft(flat, threads).reshape(*shape[:axis], -1, *shape[axis + 1 :])
 
 
 def _real(a: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -287,7 +287,10 @@ impl Error {
     }
 
     /// [`Error::Request`] of an option that is not as expected.
-    pub(crate) fn require(
+    ///
+    /// # Errors
+    /// Where it is not so.
+    pub fn require(
         is_so: bool,
         option: &'static str,
         expected: impl Into<String>,

@@ -105,6 +105,14 @@ fn words<'v>(pairs: impl Iterator<Item = (&'v str, &'v str)>) -> String {
 }
 
 impl Swept {
+    /// `table.csv`: a row for each member.
+    ///
+    /// # Errors
+    /// None for results of this library.
+    pub fn csv(&self) -> Result<String, csv::Error> {
+        super::table::of_members(&self.request, &self.outcomes)
+    }
+
     /// Members that are done, each by itself.
     fn members(&self) -> Vec<Ensemble> {
         self.request.grouped(&self.outcomes, None)

@@ -104,7 +104,7 @@ def _found(field: Any, options: dict[str, object], progress: Progress, maps: boo
     files = opened if isinstance(opened, list) else ["field"]
     said = words("analyze", options, _ANALYZE, [os.fspath(file) for file in files])
     with advising(_ANALYZE, opened):
-        return _native.analyze(opened, said, observed(progress), maps, run)
+        return _native.found(said, observed(progress), [opened], runs=[run], maps=maps)
 
 
 def _arranged(found: dict[str, Any]) -> Any:

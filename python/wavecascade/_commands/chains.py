@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
@@ -461,14 +461,23 @@ def _of_scene(
     return _made(found)
 
 
-def _number(text: str) -> Any:
-    """A cell as a number, if it is one; nothing is not known."""
-    if text == "":
-        return np.nan
+def _cell(text: str) -> Any:
+    """A number or a truth of a table; nothing is not known."""
     try:
-        return float(text)
+        return json.loads(text) if text else None
     except ValueError:
         return text
+
+
+def _table(text: str, texts: Collection[str] = ()) -> dict[str, Any]:
+    """The columns of a table in CSV, these as texts."""
+    header, *rows = csv.reader(io.StringIO(text))
+    columns: dict[str, Any] = {}
+    for name, cells in zip(header, zip(*rows, strict=True) if rows else [()] * len(header), strict=True):
+        values = list(cells if name in texts else map(_cell, cells))
+        lacking: Any = "" if any(isinstance(one, str) for one in values) else np.nan
+        columns[name] = np.asarray([lacking if one is None else one for one in values])
+    return columns
 
 
 @documented
@@ -503,25 +512,9 @@ def sweep(
     scene, rest = _merged(scene, dict(keys), _SWEEP)
     text, file = _scene(scene)
     said = words("sweep", rest if vary is None else {**rest, "vary": vary}, _SWEEP, file, _KEYS)
-    table, page = _native.sweep(text, said, observed(progress))
-    read = json.loads(table)
-    columns: dict[str, Any] = {}
-    for i, key in enumerate(read["keys"]):
-        columns[key] = [_number(values[i]) for values, _, _ in read["rows"]]
-    for name in read["columns"]:
-        cells = [measures.get(name) for _, measures, _ in read["rows"]]
-        lacking: Any = "" if any(isinstance(cell, str) for cell in cells) else np.nan
-        columns[name] = [lacking if cell is None else cell for cell in cells]
-    columns["failure"] = [failure or "" for _, _, failure in read["rows"]]
-    arrays = {name: np.asarray(cells) for name, cells in columns.items()}
-    return frame(arrays, {"scene": read["scene"], "ensembles": read["ensembles"]}, page)
-
-
-def _table(text: str) -> dict[str, Any]:
-    """The columns of a table in CSV."""
-    rows = list(csv.reader(io.StringIO(text)))
-    header, cells = rows[0], rows[1:]
-    return {name: np.asarray([_number(row[i]) for row in cells]) for i, name in enumerate(header)}
+    table, ensembles, scene_text, page = _native.sweep(text, said, observed(progress))
+    attrs = {"scene": scene_text, "ensembles": json.loads(ensembles)}
+    return frame(_table(table, {"failure"}), attrs, page)
 
 
 @documented

@@ -9,6 +9,7 @@ use wavecascade::error::{
     CoordinateKind, ForeignFormat, FormatError, InputFault, KeyPlace, Problem, ScanFault,
     SceneFault,
 };
+use wavecascade::sheet::Warning;
 
 use crate::examples::names;
 
@@ -256,9 +257,9 @@ fn conversion(format: ForeignFormat) -> &'static str {
     }
 }
 
-/// Of a finding about a run.
-pub fn of_run(warning: &RunWarning) -> &'static str {
-    match warning {
+/// A finding about a run, with what to do about it.
+pub fn of_run(warning: &RunWarning) -> Warning {
+    let advice = match warning {
         RunWarning::Amplifies { .. } => {
             "state a `tolerance` larger than what rounding leaves, or an earlier `end_time`; where \
              single velocities are not to be had, compare energies and spectra, over several seeds"
@@ -269,5 +270,6 @@ pub fn of_run(warning: &RunWarning) -> &'static str {
             "state a smaller `tolerance`, or with a method of fixed steps a smaller `step`"
         }
         _ => "",
-    }
+    };
+    Warning::new(warning.message(), advice)
 }

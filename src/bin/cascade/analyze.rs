@@ -1,268 +1,184 @@
 //! `cascade analyze`: typed arguments to a request, the run, the files.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
 use std::time::Instant;
 
 use wavecascade::analyze::{
-    Analysis, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
+    Analysis, Plan, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
 use wavecascade::budget::answer_of_run;
-use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
-use wavecascade::report::{
-    ArrayFormat, Provenance, ResultDirectory, RunFile, analysis_snippet, label_analysis,
-    records_table, write_beside,
-};
-use wavecascade::sheet::{Describe, Sheet};
-use wavecascade::{Error, Field};
+use wavecascade::field::{Note, OpenOptions, TimeColumn, is_run_file};
+use wavecascade::report::{Headlines, RunFile, analysis_snippet, label_analysis, records_table};
+use wavecascade::sheet::{FigureLayout, Sheet};
 
-use crate::args::{Analyze, Input, ResultArg};
-use crate::described::Described;
-use crate::failure::Failure;
+use crate::args::{Analyze, ResultArg};
+use crate::described;
+use crate::dispersion;
+use crate::fields::{self, expanded};
 use crate::further;
-use crate::progress::Progress;
-use crate::scan_args::folder_name;
-use crate::show_args::AxisUnits;
-use crate::summary::Summary;
-use crate::terminal::{Tone, print_json};
-use crate::words::{as_text, quoted};
-use crate::{dispersion, terminal};
+use crate::prelude::*;
+use crate::terminal::{HEADING, Tone, print_json, styled};
+use crate::words::quoted;
 
-/// One field to analyze.
-pub struct Task<'a> {
-    pub typed: &'a Analyze,
-    pub field: &'a Path,
-    /// The same, or all files of a scan.
-    pub files: &'a [PathBuf],
-    pub out: &'a Path,
-    /// Whether an earlier result may be replaced.
-    pub replace: bool,
-    pub progress: &'a Progress,
-}
-
-/// A field that has been analyzed.
-pub struct Finished {
-    pub analysis: Analysis,
-    sheet: Sheet<'static>,
-    pub json: String,
-    /// The file to open first, in the directory of the results.
-    pub main: PathBuf,
-    /// Whether the field is that of a run.
-    is_run: bool,
-}
-
-/// Runs the command on one field.
-pub fn run(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
-    let field = files[0].as_path();
-    if typed.work.plan {
-        return print_plan(typed, files);
-    }
-    let started = Instant::now();
-    // `field-cascade` of `field.npy`; of other files with their extension.
-    let usual = || match typed.scan.position_from {
-        Some(_) => named_after(&folder_name(field), "npy", "-cascade"),
-        None => named_after(field, "npy", "-cascade"),
-    };
-    let out = typed.out.clone().unwrap_or_else(usual);
-    let task = Task {
-        typed,
-        field,
-        files,
-        out: &out,
-        replace: typed.force,
-        progress: &Progress::new(!typed.output.quiet),
-    };
-    let finished = task.run()?;
-    tell(typed, &finished, field, started)?;
-    typed.figures.present.run(&finished.main)
-}
-
-impl Task<'_> {
-    /// From the field to its directory of results.
-    pub fn run(&self) -> Result<Finished, Failure> {
-        let Task {
-            typed,
-            field: path,
-            out,
-            progress,
-            ..
-        } = *self;
-        let options = open_options(&typed.input, typed.work.memory);
-        let mut drawing = typed.figures.drawing(Some(&typed.colors))?;
-        let is_tight = |stated: &u64| *stated < ROOM_FOR_FIGURES;
-        drawing.threads = typed.work.memory.filter(is_tight).map(|_| 1);
-        use_threads(typed.work.threads)?;
-        // Before any work: could the result be written?
-        drop(ResultDirectory::create(out, self.replace)?);
-        // A long file is hashed first, where it can be interrupted; a short one beside the work.
-        let is_scan = typed.scan.position_from.is_some();
-        let hash_first = is_scan || is_long(path);
-        if hash_first {
-            progress.wait("reading the field");
-        }
-        let options = OpenOptions {
-            hash: hash_first,
-            ..options
-        };
-        let (field, records) = typed.scan.open(self.files, &options)?;
-        let mut request = request(typed, &field, drawing.is_wanted())?;
-        request.dispersion = dispersion::of(typed, path, &field)?;
-        let plan = plan(&field, &request)
-            .map_err(|error| error.of_file(path).beside(own(typed.work.memory)))?;
-
-        progress.begin_writing();
-        let directory = ResultDirectory::create(out, self.replace)?;
-        let format: ArrayFormat = typed.output.format.into();
-        let spectra = format.create(directory.path(), "spectra", request.precision)?;
-        // Threads that are idle in a pass help with the hash, and, unless memory is short, with the run.
-        let (analysis, (hash, run)) = rayon::join(
-            || run_plan(&field, &plan, &*spectra, progress),
-            || {
-                let hash = match hash_first {
-                    true => Ok(None),
-                    false => field.file_hash(!plan.streams()),
-                };
-                (
-                    hash,
-                    typed.work.memory.is_none().then(|| motion_of_run(path)),
-                )
-            },
-        );
-        let mut analysis = analysis.map_err(|error| error.of_file(path))?;
-        let run = run.unwrap_or_else(|| motion_of_run(path))?;
-        let is_run = run.is_some();
-        if let Some(run) = run {
-            in_time_of(&run, &mut analysis)?;
-        }
-        analysis.content_hash = analysis.content_hash.or(hash?);
-        let opened = field.file_state();
-        let read_as = conclusions(&field);
-        let input = match self.files {
-            [first, .., last] => {
-                let (first, last) = (first.display(), last.display());
-                format!("{} files, {first} to {last}", self.files.len())
+/// Runs the command on one field, or one after the other on several.
+pub fn run(typed: &Analyze) -> Result<(), Failure> {
+    let files = expanded(&typed.fields)?;
+    let is_one = files.len() == 1 || typed.scan.position_from.is_some();
+    match (typed.work.plan, is_one) {
+        (true, true) => print_plan(typed, &files),
+        (true, false) => files.iter().try_for_each(|field| {
+            if !typed.result.how.json {
+                let name = styled(HEADING, &field.display().to_string());
+                writeln!(terminal::stdout(), "{name}")?;
             }
-            _ => path.display().to_string(),
-        };
-        let hash = analysis.content_hash.clone();
-        let provenance = Provenance {
-            read_as: read_as.clone(),
-            ..Provenance::new(as_text(), Some(input), hash)
-        };
-        // Unmapping a file takes about as long as writing the remaining results.
-        let mut sheet = analysis.words();
-        label_analysis(&analysis, &mut sheet);
-        for conclusion in &read_as {
+            print_plan(typed, std::slice::from_ref(field))
+        }),
+        (false, true) => described::run(typed, &typed.result),
+        (false, false) => fields::run(typed, &files),
+    }
+}
+
+/// An analysis with what is said of its file, and of what to ask next.
+struct Analyzed {
+    analysis: Analysis,
+    read_as: Vec<String>,
+    further: Option<String>,
+}
+
+impl Describe for Analyzed {
+    fn describe(&self) -> Sheet<'_> {
+        let mut sheet = self.analysis.describe();
+        label_analysis(&self.analysis, &mut sheet);
+        for conclusion in &self.read_as {
             sheet.fact("read as", conclusion);
         }
-        let is_scan = typed.scan.position_from.is_some();
-        let further = (!is_scan).then(|| further::sentence(&analysis, is_run, path));
-        if let Some(further) = further.flatten() {
+        if let Some(further) = &self.further {
             sheet.detail("further", further);
         }
-        let (written, ()) = rayon::join(|| analysis.describe().write_to(&*spectra), || drop(field));
-        written?;
-        progress.check()?;
-        // All that reads or hashes the file has done so.
-        opened.as_ref().map_or(Ok(()), FileState::check)?;
-        let records = records.map(|records| records_table(&records).to_csv());
-        let records = records.transpose().map_err(std::io::Error::other)?;
-        let described = Described {
-            found: &analysis,
-            sheet: &sheet,
-            name: &analysis.name,
-            provenance: &provenance,
+        sheet
+    }
+
+    fn figures(&self) -> Vec<FigureLayout> {
+        self.analysis.figures()
+    }
+}
+
+impl Describing for Analyze {
+    fn about(&self) -> About<'_> {
+        About {
+            reading: Some(self.reading()),
+            ending: Some("cascade"),
+            colors: Some(&self.colors),
+            blocks: Some((self.format.into(), "spectra", self.work.precision.into())),
+            started: Some(Instant::now()),
+            ..About::of("analyze", &self.result.how, &self.fields, "npy")
+        }
+    }
+
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
+        let (field, path) = (given.field()?, given.files.first());
+        let plan = self.plan(field, given.chain, path, given.is_drawn)?;
+        let mut analysis = run_plan(field, &plan, given.sink(), observer)?;
+        let run = match (given.runs.first(), path) {
+            (Some(Some(run)), _) => Some(Arc::clone(run)),
+            (_, Some(path)) if is_run_file(path)? => Some(RunFile::read_motion(path)?.into()),
+            _ => None,
         };
-        let json = described.json()?;
-        let place = (directory, "analyze");
-        let main = described.publish(place, Some(spectra), &drawing, progress, &|directory| {
-            if let Some(csv) = &records {
-                write_beside(directory, "records.csv", csv.as_bytes())?;
+        // What moved in wavenumber in a run is that of the total energy.
+        if let Some(file) = &run {
+            analysis.sample_error = file.run.report.error;
+            answer_of_run(&file.run, &mut analysis)?;
+        }
+        let settled = field.notes.iter().filter(|note| !note.is_doubtful);
+        let sentence = |note: &Note| match note.advice {
+            Some(advice) => format!("{}; {advice}", note.text),
+            None => note.text.clone(),
+        };
+        let read_as: Vec<String> = settled.map(sentence).collect();
+        let typed = path.filter(|_| given.is_typed);
+        let is_scan = self.scan.position_from.is_some();
+        let further = typed.filter(|_| !is_scan);
+        let further = further.and_then(|path| further::sentence(&analysis, run.is_some(), path));
+        let next = typed.filter(|_| run.is_some()).map(|path| {
+            let field = quoted(&path.to_string_lossy());
+            format!("; its energy: cascade budget {field}")
+        });
+        let script = analysis_snippet(&analysis, self.format.into());
+        let found = Found {
+            name: Some(analysis.name.clone()),
+            read_as: read_as.clone(),
+            headlines: Some(Headlines::of(&analysis)),
+            next: next.unwrap_or_default(),
+            ..Found::of(Analyzed {
+                analysis,
+                read_as,
+                further,
+            })
+        };
+        let found = found.with_text("plot.py", script);
+        Ok(match given.records {
+            Some(records) => {
+                let csv = records_table(records).to_csv();
+                let csv = csv.map_err(|error| Error::Write {
+                    action: "write",
+                    path: "records.csv".into(),
+                    source: std::io::Error::other(error),
+                });
+                found.with_text("records.csv", csv?)
             }
-            let script = analysis_snippet(&analysis, format);
-            write_beside(directory, "plot.py", script.as_bytes()).map(|_| ())
-        })?;
-        Ok(Finished {
-            analysis,
-            sheet,
-            json,
-            main,
-            is_run,
+            None => found,
         })
     }
 }
 
-/// The motion of a run, if a file holds one.
-pub fn motion_of_run(path: &Path) -> Result<Option<RunFile>, Failure> {
-    Ok(is_run_file(path)?
-        .then(|| RunFile::read_motion(path))
-        .transpose()?)
-}
-
-/// What moved in wavenumber in a run is that of the total energy.
-pub fn in_time_of(file: &RunFile, analysis: &mut Analysis) -> Result<(), Failure> {
-    analysis.sample_error = file.run.report.error;
-    Ok(answer_of_run(&file.run, analysis)?)
-}
-
-/// Stated memory below which figures, which take some 20 MB each, are drawn one by one.
-const ROOM_FOR_FIGURES: u64 = 128 << 20;
-
-fn tell(
-    typed: &Analyze,
-    finished: &Finished,
-    field: &Path,
-    started: Instant,
-) -> Result<(), Failure> {
-    if typed.output.json {
-        return Ok(writeln!(terminal::stdout(), "{}", finished.json)?);
+impl Analyze {
+    /// How its field is read.
+    pub fn reading(&self) -> Reading<'_> {
+        Reading {
+            scan: Some(&self.scan),
+            is_told: true,
+            ..Reading::of(&self.input, self.work.memory)
+        }
     }
-    if typed.output.quiet {
-        return Ok(());
+
+    /// What is done with a field: of this chain, or of that of a run in this file.
+    pub fn plan(
+        &self,
+        field: &Field,
+        chain: Option<&Chain>,
+        path: Option<&PathBuf>,
+        is_drawn: bool,
+    ) -> Result<Plan, Error> {
+        let of_run = match path {
+            Some(path) if is_run_file(path)? => Some(RunFile::read_scene(path)?),
+            _ => None,
+        };
+        let mut request = request(self, field, is_drawn)?;
+        request.dispersion = dispersion::stated(self, of_run.as_ref().or(chain), field)?;
+        plan(field, &request).map_err(|error| error.beside(own(self.work.memory)))
     }
-    let mut summary = Summary::of(&finished.analysis.name, &finished.sheet);
-    let seconds = started.elapsed().as_secs_f64();
-    let mut last = format!("done in {seconds:.2} s; open {}", finished.main.display());
-    if finished.is_run {
-        let field = quoted(&field.to_string_lossy());
-        last += &format!("; its energy: cascade budget {field}");
-    }
-    summary.last(&last);
-    Ok(summary.print(typed.output.detail.verbose)?)
 }
 
 /// Prints what would be computed of a field.
-pub fn print_plan(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
-    let is_drawn = typed.figures.drawing(Some(&typed.colors))?.is_wanted();
-    let options = OpenOptions {
-        hash: false,
-        ..open_options(&typed.input, typed.work.memory)
-    };
+fn print_plan(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
+    let how = &typed.result.how;
+    let is_drawn = typed
+        .result
+        .figures
+        .drawing(Some(&typed.colors))?
+        .is_wanted();
+    let options = open_options(&typed.input, typed.work.memory);
     let (field, _) = typed.scan.open(files, &options)?;
-    print_notes(&field, typed.output.quiet);
-    let mut request = request(typed, &field, is_drawn)?;
-    request.dispersion = dispersion::of(typed, &files[0], &field)?;
-    let stated = typed.work.memory;
-    let mut plan = plan(&field, &request).map_err(|error| error.beside(own(stated)))?;
-    let beside = own(stated);
+    print_notes(&field, how.quiet);
+    let mut plan = typed.plan(&field, None, files.first(), is_drawn)?;
+    let beside = own(typed.work.memory);
     (plan.memory_needed, plan.memory_allowed) =
         (plan.memory_needed + beside, plan.memory_allowed + beside);
-    if typed.output.json {
+    if how.json {
         return print_json(&plan.describe());
     }
     let text = terminal::plan(&plan, terminal::width());
     Ok(write!(terminal::stdout(), "{text}")?)
-}
-
-/// How a field was read where nothing states it and nothing speaks against it.
-pub fn conclusions(field: &Field) -> Vec<String> {
-    let settled = field.notes.iter().filter(|note| !note.is_doubtful);
-    let in_words = |note: &Note| match note.advice {
-        Some(advice) => format!("{}; {advice}", note.text),
-        None => note.text.clone(),
-    };
-    settled.map(in_words).collect()
 }
 
 /// Prints to standard error how a field was read.
@@ -292,27 +208,7 @@ pub fn named_after(file: &Path, usual: &str, ending: &str) -> PathBuf {
     name.into()
 }
 
-/// Whether reading the file once is slow enough to show progress.
-fn is_long(field: &Path) -> bool {
-    const A_WHILE: u64 = 256 << 20;
-    std::fs::metadata(field).is_ok_and(|file| file.len() > A_WHILE)
-}
-
-/// Limits the global pool, which hashes and draws, to `threads` threads. It is built once: the first of
-/// several fields decides.
-pub fn use_threads(threads: Option<usize>) -> Result<(), Failure> {
-    static BUILT: AtomicBool = AtomicBool::new(false);
-    let threads = threads.filter(|_| !BUILT.swap(true, Ordering::Relaxed));
-    let built = threads.map_or(Ok(()), |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build_global()
-    });
-    Ok(built.map_err(|error| Error::Threads {
-        threads: threads.unwrap_or_default(),
-        reason: error.to_string(),
-    })?)
-}
-
+/// How a field is opened, without a hash.
 pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
     OpenOptions {
         layout: typed.layout.map(Into::into),
@@ -344,17 +240,24 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
         },
         memory,
         read: typed.read.map(Into::into).unwrap_or_default(),
-        hash: true,
+        hash: false,
     }
 }
 
 /// Sets what is asked in the units of the field's axes.
 fn in_units(typed: &Analyze, field: &Field, request: &mut Request) -> Result<(), Error> {
     let (units, bands) = (AxisUnits::of(field), &typed.bands);
-    if let Some(times) = typed.preparation.times {
-        let (from, to) = units.ends("times", times)?;
-        request.times = TimeRange::Interval { from, to };
-    }
+    let preparation = &typed.preparation;
+    request.times = match preparation.times {
+        Some(times) => {
+            let (from, to) = units.ends("times", times)?;
+            TimeRange::Interval { from, to }
+        }
+        None if preparation.until_arrival => TimeRange::UntilArrival {
+            threshold: preparation.arrival_threshold,
+        },
+        None => TimeRange::All,
+    };
     let edges = (bands.band_edge_frequency, bands.band_edge_wavenumber);
     request.band_edge_frequency = units.stated("band-edge-frequency", edges.0)?;
     request.band_edge_wavenumber = units.stated("band-edge-wavenumber", edges.1)?;
@@ -378,13 +281,6 @@ pub fn request(typed: &Analyze, field: &Field, draws: bool) -> Result<Request, E
         results: results(typed),
         sites: prepare.sites.clone(),
         without_sites: prepare.without_sites.clone(),
-        // In the units of the field's axes, once it is open: see [`in_units`].
-        times: match prepare.times {
-            None if prepare.until_arrival => TimeRange::UntilArrival {
-                threshold: prepare.arrival_threshold,
-            },
-            _ => TimeRange::All,
-        },
         gaps: prepare.gaps.into(),
         detrend_field_mean: prepare.detrend_field.into(),
         detrend_space: prepare.detrend_space.into(),
@@ -414,7 +310,7 @@ pub fn request(typed: &Analyze, field: &Field, draws: bool) -> Result<Request, E
             window: typed.short_time.short_time_window,
         },
         precision: typed.work.precision.into(),
-        threads: typed.work.threads,
+        threads: typed.result.how.threads,
         memory: typed.work.memory.map(|stated| stated - own(Some(stated))),
         ..Request::default()
     };
@@ -436,21 +332,16 @@ pub fn own(stated: Option<u64>) -> u64 {
 /// only if noise is not subtracted.
 fn results(typed: &Analyze) -> Results {
     let only = &typed.work.only;
-    if only.is_empty() {
-        let has_all_sites = typed.preparation.without_sites.is_empty();
-        return Results {
-            spatial: has_all_sites,
-            spacetime: has_all_sites && !typed.bands.subtract_noise,
-            flux_surrogate: has_all_sites,
-            ..Results::ALL
-        };
-    }
+    let is_named = !only.is_empty();
+    let is_wanted = |result| !is_named || only.contains(&result);
+    let in_space = is_named || typed.preparation.without_sites.is_empty();
+    let of_both = is_named || !typed.bands.subtract_noise;
     Results {
-        temporal: only.contains(&ResultArg::Temporal),
-        spatial: only.contains(&ResultArg::Spatial),
-        spacetime: only.contains(&ResultArg::Spacetime),
-        flux_surrogate: only.contains(&ResultArg::Flux),
-        short_time: only.contains(&ResultArg::ShortTime),
+        temporal: is_wanted(ResultArg::Temporal),
+        spatial: is_wanted(ResultArg::Spatial) && in_space,
+        spacetime: is_wanted(ResultArg::Spacetime) && in_space && of_both,
+        flux_surrogate: is_wanted(ResultArg::Flux) && in_space,
+        short_time: is_wanted(ResultArg::ShortTime),
         answer: true,
     }
 }

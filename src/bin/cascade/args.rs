@@ -1,19 +1,17 @@
 //! What the user types.
 
 use std::ops::Range;
-use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::builder::RangedU64ValueParser;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Parser, Subcommand, ValueEnum};
 use wavecascade::field::{At, Resample, Selection};
 use wavecascade::measure::{Frequency, Length, Measure, Speed, Time, Wavenumber};
 use wavecascade::prepare::Window;
 
 use crate::chain_args::{SceneCommand, Simulate, SweepCommand};
 use crate::estimates::EstimateCommand;
-use crate::figure_args::{ColorArgs, FigureArgs};
-use crate::parse;
+use crate::figure_args::ColorArgs;
+use crate::prelude::*;
 use crate::scan_args::ScanArgs;
 use crate::show_args::{Ends, ShowArgs, ends};
 
@@ -164,23 +162,33 @@ pub enum Command {
     },
 }
 
+impl Command {
+    /// Of a command whose result is described, how it is made and where it goes.
+    pub fn described(&self) -> Option<(&dyn Describing, &ResultArgs)> {
+        Some(match self {
+            Command::Analyze(typed) => (&**typed, &typed.result),
+            Command::Attenuate(typed) => (&**typed, &typed.result),
+            Command::Budget(typed) => (&**typed, &typed.result),
+            Command::Compare(typed) => (&**typed, &typed.result),
+            Command::Design(typed) => (&**typed, &typed.result),
+            Command::Estimate(typed) => (typed, &typed.typed().2.result),
+            Command::Fit(typed) => (&**typed, &typed.result),
+            Command::Localize(typed) => (&**typed, &typed.result),
+            Command::Plan(typed) => (&**typed, &typed.result),
+            Command::Triads(typed) => (&**typed, &typed.result),
+            _ => return None,
+        })
+    }
+}
+
 /// What `cascade analyze` takes.
 #[derive(Debug, Args)]
+#[command(mut_arg("out", |arg| arg.help(OUT)))]
 pub struct Analyze {
     /// File with the field; several, or patterns such as `'*.npy'`, are analyzed one after the
     /// other, or with `--position-from` as one field.
     #[arg(required = true, value_name = "FIELD")]
     pub fields: Vec<PathBuf>,
-
-    /// Directory for the results; by default the field's name with `-cascade`, here (field-cascade
-    /// for field.npy, field.npz-cascade for field.npz). Of several fields each has a directory of
-    /// its own in it, beside index.html and headlines.csv; by default fields-cascade.
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-
-    /// Replace an existing result.
-    #[arg(long)]
-    pub force: bool,
 
     #[command(flatten)]
     pub input: Input,
@@ -200,13 +208,19 @@ pub struct Analyze {
     pub work: WorkArgs,
     #[command(flatten)]
     pub show: ShowArgs,
+    /// File of the arrays: spectra.npz for NumPy, or spectra.nc for `xarray.open_dataset`, with named
+    /// dimensions, coordinates and units.
+    #[arg(long, value_enum, default_value_t = FormatArg::Npz, help_heading = "Output")]
+    pub format: FormatArg,
     #[command(flatten)]
-    pub figures: FigureArgs,
+    pub result: ResultArgs,
     #[command(flatten)]
     pub colors: ColorArgs,
-    #[command(flatten)]
-    pub output: Output,
 }
+
+const OUT: &str = "Directory for the results; by default the field's name with `-cascade`, here (field-cascade for \
+    field.npy, field.npz-cascade for field.npz). Of several fields each has a directory of its own in it, beside \
+    index.html and headlines.csv; by default fields-cascade";
 
 #[derive(Debug, Default, PartialEq, Args)]
 #[command(next_help_heading = "The field and its axes")]
@@ -216,24 +230,19 @@ pub struct Input {
     #[arg(long, value_enum)]
     pub layout: Option<LayoutArg>,
     /// Time step, such as 1e-5 in the unit of time, or 10us.
-    #[arg(long, value_name = "STEP", value_parser = parse::step::<Time>,
-          allow_hyphen_values = true)]
+    #[arg(long, value_name = "STEP", value_parser = parse::step::<Time>)]
     pub dt: Option<Measure<Time>>,
     /// Sampling rate in place of the time step, such as 1e5 per unit of time, or 100kHz.
-    #[arg(long, visible_alias = "fs", value_name = "RATE", value_parser = parse::step::<Frequency>,
-          allow_hyphen_values = true, conflicts_with = "dt")]
+    #[arg(long, visible_alias = "fs", value_name = "RATE", value_parser = parse::step::<Frequency>, conflicts_with = "dt")]
     pub rate: Option<Measure<Frequency>>,
     /// Distance between neighbouring sites, such as 0.002 in the unit of length, or 2mm.
-    #[arg(long, value_name = "STEP", value_parser = parse::step::<Length>,
-          allow_hyphen_values = true)]
+    #[arg(long, value_name = "STEP", value_parser = parse::step::<Length>)]
     pub dx: Option<Measure<Length>>,
     /// Time of the first sample, as for `--dt`.
-    #[arg(long, value_name = "TIME", value_parser = parse::origin::<Time>,
-          allow_hyphen_values = true)]
+    #[arg(long, value_name = "TIME", value_parser = parse::origin::<Time>)]
     pub t0: Option<Measure<Time>>,
     /// Position of the first site, as for `--dx`.
-    #[arg(long, value_name = "PLACE", value_parser = parse::origin::<Length>,
-          allow_hyphen_values = true)]
+    #[arg(long, value_name = "PLACE", value_parser = parse::origin::<Length>)]
     pub x0: Option<Measure<Length>>,
     /// Unit of time, such as s or ms [default: s where a step states a unit].
     #[arg(long, value_name = "UNIT")]
@@ -260,12 +269,11 @@ pub struct Input {
     pub space_dim: Option<String>,
     /// Where a further dimension is taken, such as y=0.3, y=3mm, or y=#2 for its third value. May be
     /// repeated.
-    #[arg(long, value_name = "NAME=VALUE", value_parser = parse::at, allow_hyphen_values = true)]
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parse::at)]
     pub at: Vec<At>,
     /// Part of an axis that is read, both ends included, such as time=0.1:0.4 or x=20mm:; one end may
     /// be left out. May be repeated.
-    #[arg(long, value_name = "AXIS=FROM:TO", value_parser = parse::selection,
-          allow_hyphen_values = true)]
+    #[arg(long, value_name = "AXIS=FROM:TO", value_parser = parse::selection)]
     pub select: Vec<Selection>,
     /// Share of a step by which listed coordinates may deviate from even ones; more is an error
     /// [default: 1%].
@@ -301,8 +309,7 @@ pub struct Preparation {
     #[arg(long, value_name = "SITE,..", value_delimiter = ',')]
     pub without_sites: Vec<usize>,
     /// Times to analyze, in units of time or with their own (1ms:20ms), both ends included; one may be left out [default: all].
-    #[arg(long, value_name = "FROM:TO", value_parser = ends::<Time>,
-          allow_hyphen_values = true, conflicts_with = "until_arrival")]
+    #[arg(long, value_name = "FROM:TO", value_parser = ends::<Time>, conflicts_with = "until_arrival")]
     pub times: Option<Ends<Time>>,
     /// End the record before the first arrival at the last site, so that reflections stay out.
     #[arg(long)]
@@ -312,7 +319,6 @@ pub struct Preparation {
         long,
         value_name = "SHARE",
         default_value_t = 0.01,
-        allow_negative_numbers = true,
         requires = "until_arrival"
     )]
     pub arrival_threshold: f64,
@@ -369,23 +375,20 @@ pub struct Bands {
     /// Time, in units of time, whose 90 % energy wavenumber is the upper edge of the low band [default: for a run,
     /// when the front has passed ten bodies, or a quarter of the chain; for a field, the first time
     /// with a tenth of the largest energy].
-    #[arg(long, value_name = "TIME", value_parser = parse::origin::<Time>,
-          allow_negative_numbers = true, conflicts_with = "band_edge_wavenumber")]
+    #[arg(long, value_name = "TIME", value_parser = parse::origin::<Time>, conflicts_with = "band_edge_wavenumber")]
     pub reference_time: Option<Measure<Time>>,
     /// Upper edge of the low band, in cycles per unit of time, or with its unit (2kHz).
-    #[arg(long, value_name = "FREQUENCY", value_parser = parse::origin::<Frequency>,
-          allow_negative_numbers = true)]
+    #[arg(long, value_name = "FREQUENCY", value_parser = parse::origin::<Frequency>)]
     pub band_edge_frequency: Option<Measure<Frequency>>,
     /// Upper edge of the low band, in rad per unit of length, or with its unit (50rad/m).
-    #[arg(long, value_name = "WAVENUMBER", value_parser = parse::origin::<Wavenumber>,
-          allow_negative_numbers = true)]
+    #[arg(long, value_name = "WAVENUMBER", value_parser = parse::origin::<Wavenumber>)]
     pub band_edge_wavenumber: Option<Measure<Wavenumber>>,
     /// Length, in units of time, of the windows from each site's arrival on, over which what moved along x is found
     /// [default: ten widths of the pulse's envelope].
-    #[arg(long, value_name = "TIME", value_parser = parse::step::<Time>, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = parse::step::<Time>)]
     pub front_window: Option<Measure<Time>>,
     /// Moved shares of the energy below this count as none [default: 0.05].
-    #[arg(long, value_name = "SHARE", value_parser = parse::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SHARE", value_parser = parse::positive)]
     pub least_move: Option<f64>,
     /// The sites are those of a periodic box: the last one is beside the first, and all of the motion is inside. What
     /// moves is then told of wavenumbers alone.
@@ -393,7 +396,7 @@ pub struct Bands {
     pub periodic: bool,
     /// Root mean square of the noise in the samples, in their unit, or of a velocity with its own (1mm/s), where it is
     /// known: sites and times whose energy is less than twice the noise's are undefined [default: not known].
-    #[arg(long, value_name = "RMS", value_parser = parse::step::<Speed>, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RMS", value_parser = parse::step::<Speed>)]
     pub noise: Option<Measure<Speed>>,
     /// Subtract the noise of each site, found before the motion arrives or where the spectrum is flat, from spectra
     /// along time; spectra along both axes are not computed.
@@ -401,8 +404,7 @@ pub struct Bands {
     pub subtract_noise: bool,
     /// Frequencies, in cycles per unit of time, over which the shares of each direction are taken
     /// [default: all].
-    #[arg(long, value_name = "FROM:TO", value_parser = ends::<Frequency>,
-          allow_hyphen_values = true)]
+    #[arg(long, value_name = "FROM:TO", value_parser = ends::<Frequency>)]
     pub direction_band: Option<Ends<Frequency>>,
 }
 
@@ -410,16 +412,10 @@ pub struct Bands {
 #[command(next_help_heading = "Short-time spectra")]
 pub struct ShortTimeArgs {
     /// Sites to follow in time, by index [default: the first, the middle and the last].
-    #[arg(
-        long,
-        value_name = "SITE",
-        value_delimiter = ',',
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "SITE", value_delimiter = ',')]
     pub short_time_sites: Vec<usize>,
     /// Times to follow along x, in units of time, or with their own (10ms) [default: none].
-    #[arg(long, value_name = "TIME", value_delimiter = ',', value_parser = parse::origin::<Time>,
-          allow_hyphen_values = true)]
+    #[arg(long, value_name = "TIME", value_delimiter = ',', value_parser = parse::origin::<Time>)]
     pub short_time_times: Vec<Measure<Time>>,
     /// Samples a segment along time [default: a power of two near an eighth of the record].
     #[arg(long, value_name = "SAMPLES")]
@@ -470,123 +466,82 @@ pub struct WorkArgs {
     /// Number type of transforms and arrays.
     #[arg(long, value_enum, default_value_t = PrecisionArg::F64)]
     pub precision: PrecisionArg,
-    /// Worker threads [default: one a core]. The results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
-    pub threads: Option<usize>,
 }
 
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Output")]
-pub struct Output {
-    /// File of the arrays: spectra.npz for NumPy, or spectra.nc for `xarray.open_dataset`, with named
-    /// dimensions, coordinates and units.
-    #[arg(long, value_enum, default_value_t = FormatArg::Npz)]
-    pub format: FormatArg,
-    /// Print the summary as JSON on standard output.
-    #[arg(long)]
-    pub json: bool,
-    /// Print errors only.
-    #[arg(long, short)]
-    pub quiet: bool,
-    #[command(flatten)]
-    pub detail: DetailArgs,
-}
-
-/// How much is printed of what was found, for every command that prints a summary.
-#[derive(Debug, Clone, Copy, Args)]
-pub struct DetailArgs {
-    /// Print all details and all warnings; by default the answer and the facts that fit a dozen lines.
-    #[arg(long, short, conflicts_with_all = ["json", "quiet"])]
-    pub verbose: bool,
-}
-
-/// A choice of the library under the name that is typed.
+/// A choice of the library under the name that is typed; of the same name there where nothing else is said.
 macro_rules! choice {
-    ($(#[$about:meta])* $name:ident => $target:ty { $($(#[$doc:meta])* $variant:ident => $value:expr),+ $(,)? }) => {
-        $(#[$about])*
+    ($name:ident => $target:ty { $($(#[$doc:meta])* $variant:ident $(=> $value:expr)?),+ $(,)? }) => {
         #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
         pub enum $name { $($(#[$doc])* $variant),+ }
 
         impl From<$name> for $target {
             fn from(typed: $name) -> Self {
-                match typed { $($name::$variant => $value),+ }
+                match typed { $($name::$variant => $crate::args::choice!(@ $variant $($value)?)),+ }
             }
         }
     };
+    (@ $variant:ident) => { Self::$variant };
+    (@ $variant:ident $value:expr) => { $value };
 }
 
 pub(crate) use choice;
 
 choice!(LayoutArg => wavecascade::field::Layout {
     /// The first index counts times.
-    TimeSite => Self::TimeSite,
+    TimeSite,
     /// The first index counts sites.
-    SiteTime => Self::SiteTime,
+    SiteTime,
 });
 choice!(QuantityArg => wavecascade::field::Quantity {
-    Velocity => Self::Velocity,
-    Displacement => Self::Displacement,
-    Acceleration => Self::Acceleration,
-    StrainRate => Self::StrainRate,
-    Force => Self::Force,
+    Velocity, Displacement, Acceleration, StrainRate, Force
 });
-choice!(HeaderArg => wavecascade::field::Header {
-    Detect => Self::Detect,
-    Present => Self::Present,
-    Absent => Self::Absent,
-});
+choice!(HeaderArg => wavecascade::field::Header { Detect, Present, Absent });
 choice!(DelaysArg => wavecascade::field::Delays {
     /// They are an error.
-    Refuse => Self::Refuse,
+    Refuse,
     /// The times that all have in common are taken.
-    Align => Self::Align,
+    Align,
     /// All are read as if they began at one time.
-    Ignore => Self::Ignore,
+    Ignore,
 });
 choice!(ReadArg => wavecascade::field::ReadMode {
     /// Read from the file whenever samples are needed.
-    Map => Self::Map,
+    Map,
     /// Read once, into memory.
-    Copy => Self::Copy,
+    Copy,
 });
 choice!(GapsArg => wavecascade::prepare::Gaps {
     /// Stop, and report their number and positions.
-    Refuse => Self::Refuse,
+    Refuse,
     /// Fill along time from the neighbours.
-    Interpolate => Self::Interpolate,
+    Interpolate,
     /// Count them as zeros, once trends are removed that were fitted without them.
-    Mask => Self::Mask,
+    Mask,
     /// Leave the segments that hold them out of averages.
-    LeaveOut => Self::LeaveOut,
+    LeaveOut,
 });
 choice!(DetrendArg => wavecascade::prepare::Detrend {
-    None => Self::None,
-    Mean => Self::Mean,
+    None,
+    Mean,
     /// The least-squares line.
-    Linear => Self::Linear,
+    Linear,
 });
-choice!(FieldDetrendArg => bool {
-    None => false,
-    Mean => true,
-});
+choice!(FieldDetrendArg => bool { None => false, Mean => true });
 choice!(ScalingArg => wavecascade::analyze::Scaling {
     /// Its integral is the sum of v^2 dt.
-    Energy => Self::Energy,
+    Energy,
     /// Its integral is the mean square.
-    Density => Self::Density,
+    Density,
     /// A sine of amplitude A peaks at A^2 / 2.
-    Spectrum => Self::Spectrum,
+    Spectrum,
 });
 choice!(FormatArg => wavecascade::report::ArrayFormat {
     /// NumPy's archive.
-    Npz => Self::Npz,
+    Npz,
     /// NetCDF, classic model.
     Netcdf => Self::NetCdf,
 });
-choice!(PrecisionArg => wavecascade::arrays::Precision {
-    F64 => Self::F64,
-    F32 => Self::F32,
-});
+choice!(PrecisionArg => wavecascade::arrays::Precision { F64, F32 });
 
 /// Results that can be selected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -1,29 +1,20 @@
 //! `cascade attenuate`: the pulse of a struck chain against its length, or against a key of its scene.
 
-use std::path::{Path, PathBuf};
-
-use clap::Args;
 use wavecascade::attenuation::{
-    AttenuationRequest, ContactKind, Criterion, Curves, Followed, Measured, Named, Sense,
-    TransmissionRequest, measured_peaks, read_curve,
+    AttenuationRequest, ContactKind, Criterion, Curves, Followed, Measured, MeasuredPeak, Named,
+    Sense, TransmissionRequest, measured_peaks, read_curve,
 };
 use wavecascade::chain::scene::{SceneSource, Setting};
-use wavecascade::observer::Observer;
 use wavecascade::report::{attenuation_snippet, transmission_snippet};
-use wavecascade::{Error, Field};
 
 use crate::analyze::print_notes;
-use crate::args::choice;
-use crate::chain_args::How;
-use crate::described::{self, About, Describing, Found, Given, ResultArgs, stem_of};
-use crate::failure::Failure;
-use crate::figure_args::FigureArgs;
-use crate::parse;
+use crate::prelude::*;
 use crate::scene::source_of;
 use crate::scene_keys::SceneKeys;
 
 /// What `cascade attenuate` takes.
 #[derive(Debug, Args)]
+#[command(mut_arg("out", |arg| arg.help(OUT)), mut_arg("force", |arg| arg.hide(true)))]
 #[command(mut_arg("open", |arg| arg.requires("out")), mut_arg("show", |arg| arg.requires("out")))]
 pub struct Attenuate {
     /// Files with the chains to compare, one against a key; keys given as options hold for all of them.
@@ -41,13 +32,8 @@ pub struct Attenuate {
     #[arg(long, value_name = "FILE")]
     pub measured: Option<String>,
 
-    /// Directory for the results: summary.json, curves.csv, the figure, report.html, and the finished chains, so that an
-    /// interrupted run resumes. Without it nothing is saved.
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-
     #[command(flatten)]
-    pub how: How,
+    pub result: ResultArgs,
 
     #[command(flatten)]
     pub length: LengthArgs,
@@ -56,11 +42,11 @@ pub struct Attenuate {
     pub key: KeyArgs,
 
     #[command(flatten)]
-    pub figures: FigureArgs,
-
-    #[command(flatten)]
     pub keys: SceneKeys,
 }
+
+const OUT: &str = "Directory for the results: summary.json, curves.csv, the figure, report.html, and the finished chains, so \
+    that an interrupted run resumes. Without it nothing is saved";
 
 /// The usual abscissa.
 const BODIES: &str = "bodies";
@@ -104,7 +90,7 @@ pub struct LengthArgs {
     pub fit: Option<Choice>,
 
     /// Find the length at which the force is down to this part of that in the homogeneous chain.
-    #[arg(long, value_name = "PART", value_parser = parse::finite, allow_negative_numbers = true)]
+    #[arg(long, value_name = "PART", value_parser = parse::finite)]
     pub target: Option<f64>,
 
     /// The measured file is a field of velocities.
@@ -113,7 +99,7 @@ pub struct LengthArgs {
 
     /// Upper edge of the low band, in cycles per unit of time [default: 90 % of the energy of the
     /// first contact's force in the homogeneous chain are below it].
-    #[arg(long, value_name = "F", value_parser = parse::finite, allow_negative_numbers = true)]
+    #[arg(long, value_name = "F", value_parser = parse::finite)]
     pub band_edge_frequency: Option<f64>,
 }
 
@@ -141,11 +127,8 @@ impl LengthArgs {
             "sense" => "`--sense wall`: against a key the pulse is followed there",
             _ => "`--against bodies`, with a scene file, `--angles` or `--ratios` for each chain",
         };
-        Err(Error::request(
-            option,
-            expected,
-            format!("`--{option}` beside `--against {key}`"),
-        ))
+        let found = format!("`--{option}` beside `--against {key}`");
+        Err(Error::request(option, expected, found))
     }
 }
 
@@ -169,16 +152,13 @@ choice!(Where => Vec<Sense> {
     Both => vec![Sense::Chain, Sense::Wall],
 });
 
-choice!(Kind => ContactKind {
-    Soft => Self::Soft,
-    Stiff => Self::Stiff,
-});
+choice!(Kind => ContactKind { Soft, Stiff });
 
 choice!(Choice => Criterion {
     /// Akaike's criterion, corrected for few points.
-    Aicc => Self::Aicc,
+    Aicc,
     /// The error of predicting a fifth of the points from the others.
-    CrossValidation => Self::CrossValidation,
+    CrossValidation,
 });
 
 fn angle_pair(text: &str) -> Result<[f64; 2], String> {
@@ -190,23 +170,12 @@ fn angle_pair(text: &str) -> Result<[f64; 2], String> {
     Ok([angle(first)?, angle(second)?])
 }
 
-/// Runs the command.
-pub fn run(typed: &Attenuate) -> Result<(), Failure> {
-    let result = ResultArgs {
-        out: typed.out.clone(),
-        force: false,
-        figures: typed.figures.clone(),
-        how: typed.how.clone(),
-    };
-    described::run(typed, &result)
-}
-
 impl Describing for Attenuate {
     fn about(&self) -> About<'_> {
         About {
             subject: "struck chains".into(),
             is_journal: true,
-            ..About::of("attenuate", &self.how, &self.scenes, "toml")
+            ..About::of("attenuate", &self.result.how, &self.scenes, "toml")
         }
     }
 
@@ -241,7 +210,7 @@ fn script(curves: &Curves) -> String {
 impl Attenuate {
     /// Follows the pulses, and lays measured ones beside them. `text` is that of a scene without a file.
     fn followed(&self, text: Option<String>, observer: &dyn Observer) -> Result<Followed, Error> {
-        let directory = self.out.as_deref();
+        let directory = self.result.out.as_deref();
         let is_length = self.against == BODIES;
         let (curves, measured) = if is_length {
             if let Some(vary) = self.key.vary.first() {
@@ -276,13 +245,10 @@ impl Attenuate {
         if !self.length.measured_field {
             return Ok(Measured::of_forces(read_curve(Path::new(path))?));
         }
-        if self.length.sense == Some(Where::Wall) {
-            let expected = "`--sense chain` or both: sites of a field are those of one chain";
-            return Err(Error::request("measured-field", expected, "wall"));
-        }
-        let field = self.open(Path::new(path))?;
-        let peaks = measured_peaks(&field);
-        field.check_unchanged()?;
+        let is_inside = self.length.sense != Some(Where::Wall);
+        let expected = "`--sense chain` or both: sites of a field are those of one chain";
+        Error::require(is_inside, "measured-field", expected, "wall")?;
+        let (field, peaks) = self.peaks_of(Path::new(path))?;
         let points = peaks.iter().map(|peak| peak.points(peak.site as f64));
         let (velocities, arrivals): (_, Vec<_>) = points.unzip();
         // The struck body moves fastest when it is struck, which is no peak.
@@ -308,15 +274,11 @@ impl Attenuate {
             let values = forces.iter().map(|point| point.at).collect();
             return Ok((Measured::of_forces(forces), values));
         };
-        let field = self.open(Path::new(path))?;
-        let last = measured_peaks(&field).last().copied();
-        field.check_unchanged()?;
+        let (field, peaks) = self.peaks_of(Path::new(path))?;
+        let last = peaks.last();
         let Some(peak) = last.filter(|peak| peak.site + 1 == field.n_sites()) else {
-            return Err(Error::Unfit {
-                path: path.into(),
-                expected: "a field with a pulse at its last site".into(),
-                found: "none there".into(),
-            });
+            let expected = "a field with a pulse at its last site";
+            return Err(unfit(Path::new(path), expected, "none there"));
         };
         let (velocity, arrival) = peak.points(at);
         let measured = Measured {
@@ -327,25 +289,21 @@ impl Attenuate {
         Ok((measured, vec![at]))
     }
 
-    fn open(&self, path: &Path) -> Result<Field, Error> {
+    /// A measured field with its peaks.
+    fn peaks_of(&self, path: &Path) -> Result<(Field, Vec<MeasuredPeak>), Error> {
         let field = Field::open(path, &wavecascade::field::OpenOptions::default())?;
-        print_notes(&field, self.how.quiet);
-        Ok(field)
+        print_notes(&field, self.result.how.quiet);
+        let peaks = measured_peaks(&field);
+        field.check_unchanged()?;
+        Ok((field, peaks))
     }
 
     /// The one scene whose keys an option varies.
     fn base(&self, text: Option<String>, option: &'static str) -> Result<SceneSource, Error> {
-        let base = match (text, self.scenes.as_slice()) {
-            (None, many @ [_, _, ..]) => {
-                let found = format!("{} scenes", many.len());
-                return Err(Error::request(
-                    option,
-                    "one scene, whose keys are varied",
-                    found,
-                ));
-            }
-            (text, one) => source_of(text, one.first().map(PathBuf::as_path))?,
-        };
+        let is_one = text.is_some() || self.scenes.len() < 2;
+        let found = format!("{} scenes", self.scenes.len());
+        Error::require(is_one, option, "one scene, whose keys are varied", found)?;
+        let base = source_of(text, self.scenes.first().map(PathBuf::as_path))?;
         Ok(base.with(self.keys.settings.clone()))
     }
 
@@ -399,10 +357,8 @@ impl Attenuate {
                 chain.scene = chain.scene.with([sites]);
             }
         }
-        if chains.is_empty() {
-            let expected = "chains to compare: scene files, --angles, or --ratios";
-            return Err(Error::request("angles", expected, "none"));
-        }
+        let expected = "chains to compare: scene files, --angles, or --ratios";
+        Error::require(!chains.is_empty(), "angles", expected, "none")?;
         Ok(AttenuationRequest {
             chains,
             length: bodies as usize,

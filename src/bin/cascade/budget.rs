@@ -1,19 +1,14 @@
 //! `cascade budget`: a run file, its budgets, the files.
 
-use std::path::PathBuf;
-
-use clap::Args;
-use wavecascade::Error;
-use wavecascade::arrays::Sink;
-use wavecascade::budget::{Budget as Found, Motion};
+use wavecascade::arrays::{Precision, Sink};
+use wavecascade::budget::{Budget as Budgets, Motion};
 use wavecascade::field::is_run_file;
-use wavecascade::observer::Observer;
-use wavecascade::report::{DescribedBudget, RunFile, budget_snippet};
+use wavecascade::report::{DescribedBudget, RunFile, budget_snippet, write_measured_arrays};
 
 use crate::args::FormatArg;
-use crate::described::{self, About, Describing, Given, Reading, ResultArgs, stem_of};
 use crate::figure_args::ColorArgs;
 use crate::measured::{self, MeasuredArgs};
+use crate::prelude::*;
 use crate::scene::source_of;
 use crate::view_args::ViewArgs;
 
@@ -39,14 +34,11 @@ pub struct Budget {
 
 impl Describing for Budget {
     fn about(&self) -> About<'_> {
-        let reading = Reading {
-            input: &self.measured.input,
-            memory: None,
-        };
+        let reading = Reading::of(&self.measured.input, None);
         About {
             reading: self.measured.scene.as_ref().map(|_| reading),
             colors: Some(&self.colors),
-            format: Some(self.format.into()),
+            blocks: Some((self.format.into(), "budget", Precision::F64)),
             ..About::of("budget", &self.result.how, [&self.run], "npz")
         }
     }
@@ -64,15 +56,19 @@ impl Describing for Budget {
         Err(Error::request("scene", expected, found))
     }
 
-    fn find(&self, given: Given, observer: &dyn Observer) -> Result<described::Found, Error> {
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
         let (budget, report) = match given.fields {
             [field, ..] => {
                 let scene = self.measured.scene.as_deref();
                 let setup = source_of(given.scene.clone(), scene)?.setup()?;
                 let field = (*field).clone();
-                let read =
-                    measured::of_field(field, &self.run, &setup, &self.measured, &self.views)?;
-                (read.budget(&given, observer)?, Some(read.motion.report))
+                let (run, typed) = (&self.run, &self.measured);
+                let (motion, request) = measured::of_field(field, run, &setup, typed, &self.views)?;
+                let (budget, errors) = motion.run(&request, given.sink(), observer)?;
+                if let Some(file) = given.arrays {
+                    write_measured_arrays(&motion, &errors, &budget.units, file)?;
+                }
+                (budget, Some(motion.report))
             }
             [] => {
                 let file = given.run(0, &self.run)?;
@@ -81,7 +77,7 @@ impl Describing for Budget {
         };
         let script = budget_snippet(&budget, &stem_of(&self.run), self.format.into());
         let found = DescribedBudget { budget, report };
-        Ok(described::Found::of(found).with_text("plot.py", script))
+        Ok(Found::of(found).with_text("plot.py", script))
     }
 }
 
@@ -91,7 +87,7 @@ pub fn compute(
     file: &RunFile,
     sink: &dyn Sink,
     observer: &dyn Observer,
-) -> Result<Found, Error> {
+) -> Result<Budgets, Error> {
     let motion = Motion::of(&file.run)?;
     wavecascade::budget::run(&motion, &views.request(&file.setup)?, sink, observer)
 }

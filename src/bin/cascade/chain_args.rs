@@ -1,20 +1,12 @@
 //! What the user types for chains: `simulate`, `sweep`, `scene`.
 
-use std::path::PathBuf;
-
-use clap::Args;
 use clap::builder::{PossibleValuesParser, RangedU64ValueParser};
 use wavecascade::chain::Run;
 use wavecascade::chain::scene::{PRESETS, SceneSource, Setup};
 use wavecascade::fit::gradient;
-use wavecascade::observer::Observer;
 use wavecascade::sweep::Part;
 
-use crate::analyze::use_threads;
-use crate::args::DetailArgs;
-use crate::failure::Failure;
-use crate::parse;
-use crate::progress::Progress;
+use crate::prelude::*;
 use crate::scene_keys::SceneKeys;
 
 /// What `cascade simulate` takes.
@@ -133,14 +125,10 @@ impl SweepCommand {
         if let Some(members) = self.members {
             let settings = self.keys.settings.iter().rev();
             let seed = settings.filter(|setting| setting.key == "seed");
-            let first: u64 = seed
-                .filter_map(|s| s.text.trim().parse().ok())
-                .next()
-                .unwrap_or(0);
-            all.push(format!(
-                "seed={first}:{}",
-                first.saturating_add(u64::from(members) - 1)
-            ));
+            let mut stated = seed.filter_map(|setting| setting.text.trim().parse().ok());
+            let first: u64 = stated.next().unwrap_or(0);
+            let last = first.saturating_add(u64::from(members) - 1);
+            all.push(format!("seed={first}:{last}"));
         }
         all
     }
@@ -148,9 +136,10 @@ impl SweepCommand {
 
 /// Options of a command of many runs: threads, memory, output.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Output")]
 pub struct How {
     /// Worker threads [default: one a core]. The results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=256))]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub threads: Option<usize>,
 
     /// Print the results as JSON on standard output.
@@ -161,16 +150,9 @@ pub struct How {
     #[arg(long, short)]
     pub quiet: bool,
 
-    #[command(flatten)]
-    pub detail: DetailArgs,
-}
-
-impl How {
-    /// Takes the threads, and listens for interrupts from now on.
-    pub fn begin(&self) -> Result<Progress, Failure> {
-        use_threads(self.threads)?;
-        Ok(Progress::new(!self.quiet))
-    }
+    /// Print all details and all warnings; by default the answer and the facts that fit a dozen lines.
+    #[arg(long, short, conflicts_with_all = ["json", "quiet"])]
+    pub verbose: bool,
 }
 
 /// What `cascade scene` takes.

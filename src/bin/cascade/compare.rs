@@ -1,23 +1,16 @@
 //! `cascade compare`: the budgets of two runs on one page, or a measured field against a run.
 
-use std::path::PathBuf;
-
-use clap::Args;
 use serde_json::Value;
-use wavecascade::Error;
 use wavecascade::arrays::Nowhere;
 use wavecascade::budget::{Budget, ComparedBudgets};
 use wavecascade::chain::scene::{SceneSource, Units};
 use wavecascade::field::{file_hash, is_run_file};
 use wavecascade::fit::CompareRequest;
-use wavecascade::observer::Observer;
 use wavecascade::report::{Provenance, RunFile};
 
-use crate::args::Input;
 use crate::budget::compute;
-use crate::described::{About, Describing, Found, Given, Reading, ResultArgs, stem_of};
 use crate::further::input_options;
-use crate::parse;
+use crate::prelude::*;
 use crate::scene::source_of;
 use crate::view_args::ViewArgs;
 use crate::words::as_text;
@@ -77,11 +70,8 @@ impl Compare {
                 Units::Si => "in SI",
                 Units::None => "without units",
             };
-            return Err(Error::Unfit {
-                path: paths[1].clone(),
-                expected: format!("a run {}, as {} is", words(first), paths[0].display()),
-                found: format!("one {}", words(second)),
-            });
+            let expected = format!("a run {}, as {} is", words(first), paths[0].display());
+            return Err(unfit(paths[1], expected, format!("one {}", words(second))));
         }
         let mut views = self.views.clone();
         let mut one = |n: usize| -> Result<(Budget, Value), Error> {
@@ -110,10 +100,7 @@ impl Describing for Compare {
         let is_of_runs = self.is_of_runs().unwrap_or(false);
         let fields = [&self.first].into_iter();
         let files = fields.chain(is_of_runs.then_some(&self.second));
-        let reading = Reading {
-            input: &self.input,
-            memory: None,
-        };
+        let reading = Reading::of(&self.input, None);
         About {
             reading: (!is_of_runs).then_some(reading),
             ..About::of("compare", &self.result.how, files, "npy")
@@ -136,11 +123,7 @@ impl Describing for Compare {
         } else {
             return Ok(());
         };
-        Err(Error::Unfit {
-            path: path.clone(),
-            expected,
-            found: found.into(),
-        })
+        Err(unfit(path, expected, found))
     }
 
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {

@@ -1,22 +1,13 @@
 //! `cascade convert`: a field in another format.
 
-use std::io::Write;
-use std::path::PathBuf;
-
-use clap::Args;
 use serde_json::json;
-use wavecascade::Error;
-use wavecascade::field::OpenOptions;
 use wavecascade::report::{FieldFile, records_json};
 
 use crate::analyze::{open_options, print_notes};
-use crate::args::Input;
-use crate::failure::Failure;
 use crate::fields::expanded;
-use crate::parse;
-use crate::progress::Progress;
+use crate::prelude::*;
 use crate::scan_args::ScanArgs;
-use crate::terminal::{self, print_json};
+use crate::terminal::print_json;
 
 /// What `cascade convert` takes.
 #[derive(Debug, Args)]
@@ -61,10 +52,7 @@ pub fn run(typed: &Convert) -> Result<(), Failure> {
     // Before any work: could the result be written?
     FieldFile::check(out, typed.force)?;
     let progress = Progress::new(!typed.quiet);
-    let options = OpenOptions {
-        hash: false,
-        ..open_options(&typed.input, typed.memory)
-    };
+    let options = open_options(&typed.input, typed.memory);
     let (field, records) = typed.scan.open(files, &options)?;
     print_notes(&field, typed.quiet);
     progress.begin_writing();
@@ -98,16 +86,11 @@ pub fn run(typed: &Convert) -> Result<(), Failure> {
 fn check_extension(typed: &Convert) -> Result<(), Error> {
     let extension = typed.out.extension().unwrap_or_default();
     let extension = extension.to_ascii_lowercase();
-    if FieldFile::EXTENSIONS
-        .iter()
-        .any(|known| extension == *known)
-    {
+    let mut all = FieldFile::EXTENSIONS.iter();
+    if all.any(|known| extension == *known) {
         return Ok(());
     }
     let names = FieldFile::EXTENSIONS.map(|known| format!(".{known}"));
-    Err(Error::Unfit {
-        path: typed.out.clone(),
-        expected: format!("a name that ends in {}", names.join(", ")),
-        found: format!("{extension:?}"),
-    })
+    let expected = format!("a name that ends in {}", names.join(", "));
+    Err(unfit(&typed.out, expected, format!("{extension:?}")))
 }

@@ -1,15 +1,10 @@
 //! `cascade design`: the chain that does what is wanted.
 
-use std::path::PathBuf;
-
+use clap::ArgGroup;
 use clap::builder::RangedU64ValueParser;
-use clap::{ArgGroup, Args};
-use wavecascade::Error;
 use wavecascade::design::{Aim, DesignRequest, Judge, Limit};
-use wavecascade::observer::Observer;
 
-use crate::args::choice;
-use crate::described::{About, Describing, Found, Given, ResultArgs};
+use crate::prelude::*;
 use crate::scene::source_of;
 
 /// The scene with the values found, in the directory of the results.
@@ -72,13 +67,7 @@ pub struct DesignArgs {
     pub result: ResultArgs,
 }
 
-choice!(
-    /// [`Judge`] as it is typed.
-    JudgeArg => Judge {
-        Worst => Self::Worst,
-        Mean => Self::Mean,
-    }
-);
+choice!(JudgeArg => Judge { Worst, Mean });
 
 impl Describing for DesignArgs {
     fn about(&self) -> About<'_> {

@@ -1,29 +1,23 @@
 //! `--dispersion`: what is typed to relations of the library, with what a run says of its lattice.
 
-use std::path::Path;
-
 use wavecascade::analyze::{Constants, Dispersion, parse_constants};
-use wavecascade::chain::scene::Setup;
-use wavecascade::chain::{NoBranches, UnitCell};
-use wavecascade::field::is_run_file;
-use wavecascade::report::RunFile;
-use wavecascade::{Error, Field};
+use wavecascade::chain::UnitCell;
 
 use crate::args::Analyze;
-use crate::failure::Failure;
+use crate::prelude::*;
 
-/// The relations to draw over the spectrum of the field of a file; `None` leaves the choice to the field.
-pub fn of(typed: &Analyze, path: &Path, field: &Field) -> Result<Option<Vec<Dispersion>>, Failure> {
-    stated(typed, lattice(path, field)?, field)
-}
-
-/// The same of a field that may carry the lattice of a run.
+/// The relations to draw over the spectrum of a field, which may be that of a chain; `None` leaves the choice to the field.
 pub fn stated(
     typed: &Analyze,
-    lattice: Option<Result<UnitCell, NoBranches>>,
+    chain: Option<&Chain>,
     field: &Field,
-) -> Result<Option<Vec<Dispersion>>, Failure> {
+) -> Result<Option<Vec<Dispersion>>, Error> {
     let typed_relations = &typed.dispersion.dispersion;
+    // With time in the unit of the field's axis.
+    let lattice = chain.map(|(setup, step)| {
+        let cell = UnitCell::of(&setup.simulation.chain);
+        cell.map(|cell| cell.with_time_unit(step / field.time.step))
+    });
     let branches = |cell: &UnitCell| Dispersion::lattice(name(cell), cell.clone(), None);
     if typed_relations.is_empty() {
         return Ok(match (&field.dispersion, lattice) {
@@ -32,12 +26,20 @@ pub fn stated(
         });
     }
     if typed_relations.iter().any(|one| one == "none") {
-        return match typed_relations.len() {
-            1 => Ok(Some(Vec::new())),
-            _ => Err(Error::request("dispersion", "none alone, or relations", "both").into()),
-        };
+        let is_alone = typed_relations.len() == 1;
+        Error::require(is_alone, "dispersion", "none alone, or relations", "both")?;
+        return Ok(Some(Vec::new()));
     }
-    let known = constants(typed, &lattice)?;
+    // Constants that are typed, over those of a run of equal bodies.
+    let mut known = Constants::new();
+    if let Some(Ok(cell)) = &lattice
+        && let Some((m, c)) = cell.uniform()
+    {
+        known.extend([("c".to_owned(), c), ("m".to_owned(), m)]);
+    }
+    if let Some(text) = &typed.dispersion.dispersion_constants {
+        known.extend(parse_constants(text)?);
+    }
     let mut relations = Vec::new();
     for one in typed_relations {
         if one != "auto" {
@@ -57,21 +59,6 @@ pub fn stated(
     Ok(Some(relations))
 }
 
-/// The lattice of a run, with time in the unit of the field's axis; `None` for other fields.
-fn lattice(path: &Path, field: &Field) -> Result<Option<Result<UnitCell, NoBranches>>, Failure> {
-    if !is_run_file(path)? {
-        return Ok(None);
-    }
-    let (setup, step) = RunFile::read_scene(path)?;
-    Ok(Some(of_chain(&setup, step, field)))
-}
-
-/// The lattice of a chain whose run has times so far apart, with time in the unit of the field's axis.
-pub fn of_chain(setup: &Setup, step: f64, field: &Field) -> Result<UnitCell, NoBranches> {
-    let cell = UnitCell::of(&setup.simulation.chain);
-    cell.map(|cell| cell.with_time_unit(step / field.time.step))
-}
-
 fn name(cell: &UnitCell) -> String {
     let with = match cell.branches() > cell.bodies() {
         true => " with resonators",
@@ -81,23 +68,6 @@ fn name(cell: &UnitCell) -> String {
         1 => format!("lattice{with}, linearized"),
         bodies => format!("lattice of {bodies} bodies a cell{with}, linearized"),
     }
-}
-
-/// The constants typed, over those of a run of equal bodies.
-fn constants(
-    typed: &Analyze,
-    lattice: &Option<Result<UnitCell, NoBranches>>,
-) -> Result<Constants, Failure> {
-    let mut known = Constants::new();
-    if let Some(Ok(cell)) = lattice
-        && let Some((m, c)) = cell.uniform()
-    {
-        known.extend([("c".to_owned(), c), ("m".to_owned(), m)]);
-    }
-    if let Some(text) = &typed.dispersion.dispersion_constants {
-        known.extend(parse_constants(text)?);
-    }
-    Ok(known)
 }
 
 /// A relation that is typed, or that of a table.

@@ -1,17 +1,11 @@
 //! `cascade examples`: fields and scenes to try the program on, which come with it.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
-
-use clap::Args;
 use clap::builder::PossibleValuesParser;
 use wavecascade::chain::scene::{PRESETS, preset};
 use wavecascade::reference::{GrowingHarmonic, LatticeImpact};
 use wavecascade::report::{FieldFile, write_beside};
-use wavecascade::{Error, Field};
 
-use crate::failure::Failure;
-use crate::terminal;
+use crate::prelude::*;
 
 /// A field that is computed where it is asked for.
 struct ExampleField {

@@ -11,36 +11,26 @@ use crate::progress::{reason, stopped_code};
 use crate::terminal::{Tone, message};
 
 /// Why a command did not end well.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    Library(Error),
+    #[error(transparent)]
+    Library(#[from] Error),
     /// A pattern that is none, or matches nothing.
-    Pattern {
-        pattern: String,
-        found: String,
-    },
+    #[error("expected files that `{pattern}` matches, found {found}")]
+    Pattern { pattern: String, found: String },
     /// Some of several have no result, as this says.
+    #[error("{0}")]
     Partly(String),
     /// Several fields, interrupted after some of them.
+    #[error("cancelled after {known} of {fields} fields; {} keeps what is known of them", out.display())]
     Stopped {
         known: usize,
         fields: usize,
         out: PathBuf,
     },
     /// Standard output was closed or could not be written.
-    Output(std::io::Error),
-}
-
-impl From<Error> for Failure {
-    fn from(error: Error) -> Self {
-        Failure::Library(error)
-    }
-}
-
-impl From<std::io::Error> for Failure {
-    fn from(error: std::io::Error) -> Self {
-        Failure::Output(error)
-    }
+    #[error("cannot write to standard output: {0}")]
+    Output(#[from] std::io::Error),
 }
 
 impl From<serde_json::Error> for Failure {
@@ -85,18 +75,9 @@ impl Failure {
                 let option = fault.key.replace('_', "-");
                 format!("--{}", fault.to_string().replacen(&fault.key, &option, 1))
             }
-            Failure::Library(error) => error.to_string(),
-            Failure::Pattern { pattern, found } => {
-                format!("expected files that `{pattern}` matches, found {found}")
-            }
-            Failure::Partly(text) => text.clone(),
-            Failure::Stopped { known, fields, out } => format!(
-                "cancelled after {known} of {fields} fields; {} keeps what is known of them",
-                out.display()
-            ),
             // A reader that went away (`cascade ... | head`) has read enough: no failure.
             Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => return None,
-            Failure::Output(error) => format!("cannot write to standard output: {error}"),
+            other => other.to_string(),
         })
     }
 

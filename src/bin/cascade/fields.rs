@@ -1,21 +1,14 @@
 //! `cascade analyze` of several fields: one after the other, and an index of them.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
-
 use serde_json::{Value, json};
-use wavecascade::Error;
 use wavecascade::report::{
-    FieldOutcome, FieldRow, FieldSet, Headlines, field_names, fields_tables, verdicts_in_words,
+    FieldOutcome, FieldRow, FieldSet, field_names, fields_tables, verdicts_in_words,
 };
 
-use crate::analyze::{Finished, Task, print_plan};
-use crate::args::{Analyze, Output};
-use crate::failure::Failure;
+use crate::args::Analyze;
+use crate::prelude::*;
 use crate::present::open_page;
-use crate::progress::Progress;
-use crate::summary::Summary;
-use crate::terminal::{self, HEADING, Tone, styled};
+use crate::terminal::Tone;
 
 /// Directory of the results where none is named.
 const DEFAULT: &str = "fields-cascade";
@@ -48,116 +41,93 @@ pub fn expanded(typed: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
 
 /// Runs the command on several fields.
 pub fn run(typed: &Analyze, fields: &[PathBuf]) -> Result<(), Failure> {
-    if typed.work.plan {
-        return plans(typed, fields);
-    }
+    let (typed_result, how) = (&typed.result, &typed.result.how);
     let names = field_names(fields)?;
-    let out = typed.out.clone().unwrap_or_else(|| DEFAULT.into());
-    let mut set = FieldSet::create(&out, typed.force)?;
-    let progress = Progress::new(!typed.output.quiet);
+    let out = typed_result.out.clone();
+    let out = out.unwrap_or_else(|| DEFAULT.into());
+    let mut set = FieldSet::create(&out, typed_result.force)?;
+    let progress = Progress::new(!how.quiet);
     // From now on a directory and an index remain.
     progress.begin_writing();
     for (n, (field, name)) in fields.iter().zip(&names).enumerate() {
         progress.of(n + 1, fields.len(), name);
         let (place, replace) = set.place(name);
-        let task = Task {
-            typed,
-            field,
-            files: std::slice::from_ref(field),
-            out: &place,
-            replace,
-            progress: &progress,
+        let result = ResultArgs {
+            out: Some(place),
+            force: replace,
+            ..typed_result.clone()
         };
-        let analyzed = task.run();
+        let analyzed = done(typed, &result, std::slice::from_ref(field), &progress);
         progress.clear();
         if matches!(analyzed, Err(Failure::Library(Error::Cancelled))) {
-            return stopped(set.stop(), &out, fields.len());
+            // What an interrupt has left.
+            return Err(match set.stop().len() {
+                0 => Failure::Library(Error::Cancelled),
+                known => Failure::Stopped {
+                    known,
+                    fields: fields.len(),
+                    out,
+                },
+            });
         }
-        if typed.output.json {
+        if how.json {
             print_json(field, &analyzed)?;
         }
         set.add(row(field, name, analyzed))?;
     }
     let rows = set.finish()?;
-    if typed.figures.present.open {
+    if typed_result.figures.present.open {
         open_page(&out.join("index.html"));
     }
-    tell(typed, &rows, &out)
-}
-
-/// What would be computed of each field.
-fn plans(typed: &Analyze, fields: &[PathBuf]) -> Result<(), Failure> {
-    for field in fields {
-        if !typed.output.json {
-            let name = styled(HEADING, &field.display().to_string());
-            writeln!(terminal::stdout(), "{name}")?;
-        }
-        print_plan(typed, std::slice::from_ref(field))?;
-    }
-    Ok(())
+    tell(how, &rows, &out)
 }
 
 /// A field with its headlines, or why it has none.
-fn row(field: &Path, name: &str, analyzed: Result<Finished, Failure>) -> FieldRow {
+fn row(field: &Path, name: &str, analyzed: Result<Done, Failure>) -> FieldRow {
+    let failed = |failure: Failure| {
+        let why = failure.text().unwrap_or_default();
+        FieldOutcome::Failed(match failure.advice() {
+            Some(advice) => format!("{why} -> {advice}"),
+            None => why,
+        })
+    };
+    let main = analyzed.as_ref().ok().and_then(|done| done.main.as_ref());
     FieldRow {
         field: field.display().to_string(),
         name: name.to_owned(),
-        opens: analyzed.as_ref().ok().map(|finished| {
-            let file = finished.main.file_name().unwrap_or_default();
-            let file = file.to_string_lossy();
-            format!("{name}/{file}")
-        }),
-        outcome: match analyzed {
-            Ok(finished) => FieldOutcome::Headlines(Box::new(Headlines::of(&finished.analysis))),
-            Err(failure) => {
-                let why = failure.text().unwrap_or_default();
-                let why = match failure.advice() {
-                    Some(advice) => format!("{why} -> {advice}"),
-                    None => why,
-                };
-                FieldOutcome::Failed(why)
-            }
+        opens: main.and_then(|main| Some(format!("{name}/{}", main.file_name()?.display()))),
+        outcome: match analyzed.map(|done| done.headlines) {
+            Ok(Some(headlines)) => FieldOutcome::Headlines(Box::new(headlines)),
+            Ok(None) => FieldOutcome::Failed(String::new()),
+            Err(failure) => failed(failure),
         },
     }
 }
 
 /// A line of JSON: the field with its summary, or with its error.
-fn print_json(field: &Path, analyzed: &Result<Finished, Failure>) -> Result<(), Failure> {
+fn print_json(field: &Path, analyzed: &Result<Done, Failure>) -> Result<(), Failure> {
     let field = field.display().to_string();
     let line = match analyzed {
-        Ok(finished) => {
-            let summary: Value = serde_json::from_str(&finished.json)?;
-            json!({ "field": field, "result": finished.main.parent(), "summary": summary })
+        Ok(done) => {
+            let summary: Value = serde_json::from_str(&done.json)?;
+            let result = done.main.as_ref().and_then(|main| main.parent());
+            json!({ "field": field, "result": result, "summary": summary })
         }
         Err(failure) => json!({ "field": field, "error": failure.text() }),
     };
     Ok(writeln!(terminal::stdout(), "{line}")?)
 }
 
-/// Says what an interrupt has left.
-fn stopped(rows: Vec<FieldRow>, out: &Path, fields: usize) -> Result<(), Failure> {
-    let known = rows.len();
-    Err(match known {
-        0 => Failure::Library(Error::Cancelled),
-        _ => Failure::Stopped {
-            known,
-            fields,
-            out: out.to_owned(),
-        },
-    })
-}
-
 /// The verdicts, and whether all went well.
-fn tell(typed: &Analyze, rows: &[FieldRow], out: &Path) -> Result<(), Failure> {
+fn tell(how: &How, rows: &[FieldRow], out: &Path) -> Result<(), Failure> {
     let failed = rows.iter().filter(|row| failure_of(row).is_some()).count();
-    let Output { json, quiet, .. } = typed.output;
-    if !quiet && !json {
+    if !how.quiet && !how.json {
         let mut summary = summary(rows);
         if failed < rows.len() {
             summary.last(&format!("open {}", out.join("index.html").display()));
         }
-        summary.print(typed.output.detail.verbose)?;
-    } else if !json {
+        summary.print(how.verbose)?;
+    } else if !how.json {
         for row in rows {
             if let Some(why) = failure_of(row) {
                 terminal::message(Tone::Error, &named(row, why));

@@ -1,14 +1,8 @@
 //! Options of figures, the same for all commands that draw.
 
-use std::path::Path;
-
-use clap::Args;
-use wavecascade::Error;
 use wavecascade::plot::{Colormap, Depth, Format, Style};
 
-use crate::args::choice;
-use crate::failure::Failure;
-use crate::parse;
+use crate::prelude::*;
 use crate::present::PresentArgs;
 
 /// Formats and size of figures.
@@ -64,21 +58,13 @@ choice!(StyleArg => Style {
 });
 
 choice!(ColormapArg => Colormap {
-    Viridis => Self::Viridis,
-    Cividis => Self::Cividis,
-    Inferno => Self::Inferno,
-    Magma => Self::Magma,
-    Plasma => Self::Plasma,
+    Viridis, Cividis, Inferno, Magma, Plasma,
     /// For prints without colour.
-    Gray => Self::Gray,
+    Gray,
 });
 
 /// A width in mm, and a height.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FigureSize {
-    width: f64,
-    height: Option<f64>,
-}
+type FigureSize = (f64, Option<f64>);
 
 /// `86mm`, `86x60mm`, `3.4x2.5in`, `9x6cm`; without a unit in mm.
 fn size(text: &str) -> Result<FigureSize, String> {
@@ -98,10 +84,7 @@ fn size(text: &str) -> Result<FigureSize, String> {
         Some((width, height)) => (width, Some(length(height)?)),
         None => (digits, None),
     };
-    Ok(FigureSize {
-        width: length(width)?,
-        height,
-    })
+    Ok((length(width)?, height))
 }
 
 /// What a command draws, and how.
@@ -110,7 +93,6 @@ pub struct Drawing {
     /// None for no figures and no report.
     pub formats: Vec<Format>,
     pub style: Style,
-    pub present: PresentArgs,
     /// Threads that draw, where they are not all.
     pub threads: Option<usize>,
 }
@@ -127,11 +109,6 @@ impl Drawing {
             false => "summary.json",
         }
     }
-
-    /// Opens and shows a published result, as was asked.
-    pub fn present(&self, main: &Path) -> Result<(), Failure> {
-        self.present.run(main)
-    }
 }
 
 impl FigureArgs {
@@ -145,7 +122,6 @@ impl FigureArgs {
         Ok(Drawing {
             formats,
             style,
-            present: self.present,
             threads: None,
         })
     }
@@ -158,16 +134,15 @@ impl FigureArgs {
         }
         let mut chosen = vec![Format::Png, Format::Svg];
         chosen.retain(|format| typed.contains(&Some(*format)));
-        match typed.contains(&None) && !chosen.is_empty() {
-            true => Err(Error::request("figures", "formats, or none alone", "both")),
-            false => Ok(chosen),
-        }
+        let is_clear = !typed.contains(&None) || chosen.is_empty();
+        Error::require(is_clear, "figures", "formats, or none alone", "both")?;
+        Ok(chosen)
     }
 
     fn style(&self, colors: Option<&ColorArgs>) -> Style {
         let mut style: Style = self.style.unwrap_or(StyleArg::Screen).into();
         if let Some(size) = self.figure_size {
-            (style.width, style.height) = (size.width, size.height);
+            (style.width, style.height) = size;
         }
         style.dpi = self.dpi.unwrap_or(style.dpi);
         let Some(colors) = colors else { return style };
@@ -187,13 +162,12 @@ mod tests {
 
     #[test]
     fn sizes_are_read_in_millimetres() {
-        let read = |text: &str| size(text).map(|size| (size.width, size.height));
-        assert_eq!(read("86"), Ok((86.0, None)));
-        assert_eq!(read("86x60mm"), Ok((86.0, Some(60.0))));
-        assert_eq!(read("9x6cm"), Ok((90.0, Some(60.0))));
-        assert_eq!(read("2x1in"), Ok((50.8, Some(25.4))));
+        assert_eq!(size("86"), Ok((86.0, None)));
+        assert_eq!(size("86x60mm"), Ok((86.0, Some(60.0))));
+        assert_eq!(size("9x6cm"), Ok((90.0, Some(60.0))));
+        assert_eq!(size("2x1in"), Ok((50.8, Some(25.4))));
         for wrong in ["", "mm", "86pt", "86x", "x60mm", "-3mm", "0x4cm", "1x2x3"] {
-            assert!(read(wrong).is_err(), "{wrong}");
+            assert!(size(wrong).is_err(), "{wrong}");
         }
     }
 }

@@ -1,26 +1,17 @@
 //! `cascade filter`: the part of a field in a band, at a speed, or in a direction.
 
-use std::path::PathBuf;
-
-use clap::Args;
 use serde_json::json;
 use wavecascade::analyze::{Filtered, filtered};
-use wavecascade::field::{Axis, OpenOptions};
+use wavecascade::field::Axis;
 use wavecascade::measure::{Frequency, Wavenumber, cycles_per};
 use wavecascade::report::{FieldFile, percent};
+use wavecascade::sheet::Warning;
 use wavecascade::transform::{Passband, Travelling};
-use wavecascade::{Error, Field};
 
-use crate::analyze::{named_after, open_options, own, print_notes, use_threads};
-use crate::args::{Input, choice};
-use crate::chain_args::How;
-use crate::described::subject_of;
-use crate::failure::Failure;
-use crate::parse;
-use crate::progress::Progress;
-use crate::show_args::{AxisUnits, Ends, ends};
-use crate::summary::Summary;
-use crate::terminal::{self, Tone, number, print_json};
+use crate::analyze::{named_after, open_options, own, print_notes};
+use crate::prelude::*;
+use crate::show_args::{Ends, ends};
+use crate::terminal::{number, print_json};
 
 /// What `cascade filter` takes.
 #[derive(Debug, Args)]
@@ -77,29 +68,24 @@ choice!(Towards => Travelling {
     /// Waves that travel towards -x.
     MinusX => Self::TowardMinusX,
     /// What has no direction: f or k is 0 or at a Nyquist limit.
-    Nowhere => Self::Nowhere,
+    Nowhere,
 });
 
 /// Runs the command.
 pub fn run(typed: Filter) -> Result<(), Failure> {
-    use_threads(typed.how.threads)?;
     typed.check()?;
-    let out = typed
-        .out
-        .clone()
-        .unwrap_or_else(|| named_after(&typed.field, "npy", "-filtered.npz"));
+    let named = || named_after(&typed.field, "npy", "-filtered.npz");
+    let out = typed.out.clone().unwrap_or_else(named);
     // Before any work: could the result be written?
     FieldFile::check(&out, typed.force)?;
     let progress = Progress::new(false);
-    let options = OpenOptions {
-        hash: false,
-        ..open_options(&typed.input, typed.memory)
-    };
-    let field = Field::open(&typed.field, &options)?;
+    let field = Field::open(&typed.field, &open_options(&typed.input, typed.memory))?;
     let band = typed.band(&field)?;
     print_notes(&field, typed.how.quiet);
     let memory = typed.memory.map(|stated| stated - own(Some(stated)));
-    let found = filtered(&field, &band, typed.pad, memory, &progress);
+    let found = on_threads(typed.how.threads, || {
+        filtered(&field, &band, typed.pad, memory, &progress)
+    });
     let found = found.map_err(|error| error.of_file(&typed.field))?;
     field.check_unchanged()?;
     drop(field);
@@ -109,37 +95,27 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
     progress.clear();
     let warnings = warnings(&typed, &found);
     if !typed.how.quiet {
-        for [message, advice] in &warnings {
-            terminal::message(Tone::Warning, message);
-            terminal::message(Tone::Help, advice);
-        }
+        terminal::warn(&warnings);
     }
     if typed.how.json {
-        let warnings = warnings
-            .iter()
-            .map(|[message, advice]| json!({ "message": message, "advice": advice }));
-        let summary = json!({
+        return print_json(&json!({
             "file": out,
             "energy_before": found.energy_before,
             "energy_after": found.energy_after,
-            "warnings": warnings.collect::<Vec<_>>(),
-        });
-        print_json(&summary)?;
-    } else if !typed.how.quiet {
+            "warnings": warnings,
+        }));
+    }
+    if !typed.how.quiet {
+        let passed = found.energy_after / found.energy_before;
         let passes = match found.energy_before > 0.0 {
-            true => format!(
-                "{} of the energy passes",
-                percent(found.energy_after / found.energy_before)
-            ),
+            true => format!("{} of the energy passes", percent(passed)),
             false => "there is no energy to pass".into(),
         };
         let subject = subject_of(std::slice::from_ref(&typed.field));
         let mut summary = Summary::new(&subject, &passes);
-        summary.last(&format!(
-            "wrote {}; next: cascade analyze {0}",
-            out.display()
-        ));
-        summary.print(typed.how.detail.verbose)?;
+        let out = out.display();
+        summary.last(&format!("wrote {out}; next: cascade analyze {out}"));
+        summary.print(typed.how.verbose)?;
     }
     Ok(())
 }
@@ -164,16 +140,16 @@ fn units(field: &Field) -> (String, String, &'static str) {
 }
 
 /// What the user should know of the result, each with what to do.
-pub fn warnings(typed: &Filter, found: &Filtered) -> Vec<[String; 2]> {
+pub fn warnings(typed: &Filter, found: &Filtered) -> Vec<Warning> {
     let (time_unit, space_unit, missing) = units(&found.field);
     let mut warnings = Vec::new();
     if typed.speed.is_some() && !missing.is_empty() {
         let message = format!("speeds are in {space_unit} per {time_unit}: steps are not stated");
-        warnings.push([message, format!("state {missing}")]);
+        warnings.push(Warning::new(message, format!("state {missing}")));
     }
     if found.energy_before == 0.0 {
-        let advice = "check the file and, of an archive, the member".to_owned();
-        warnings.push(["the field is zero everywhere".to_owned(), advice]);
+        let advice = "check the file and, of an archive, the member";
+        warnings.push(Warning::new("the field is zero everywhere", advice));
     }
     warnings
 }
@@ -206,34 +182,28 @@ impl Filter {
             "" => String::new(),
             missing => format!("; state {missing} if it has units"),
         };
-        Err(Error::Request {
-            option: match (self.frequency, self.wavenumber, self.speed) {
-                (Some(_), ..) => "frequency",
-                (_, Some(_), _) => "wavenumber",
-                (.., Some(_)) => "speed",
-                _ => "towards",
-            },
-            expected: format!(
-                "bands in which the field has energy, of frequencies up to {} {} and wavenumbers up to {} rad/{space_unit}{stated}",
-                number(0.5 / found.field.time.step),
-                cycles_per(&time_unit),
-                number(std::f64::consts::PI / found.field.space.step)
-            ),
-            found: "some in which nothing passes".into(),
-        })
+        let option = match (self.frequency, self.wavenumber, self.speed) {
+            (Some(_), ..) => "frequency",
+            (_, Some(_), _) => "wavenumber",
+            (.., Some(_)) => "speed",
+            _ => "towards",
+        };
+        let (time, space) = (&found.field.time, &found.field.space);
+        let [f, k] = [0.5 / time.step, std::f64::consts::PI / space.step].map(number);
+        let per_time = cycles_per(&time_unit);
+        let expected = format!(
+            "bands in which the field has energy, of frequencies up to {f} {per_time} and wavenumbers up to {k} rad/{space_unit}{stated}"
+        );
+        let found = "some in which nothing passes";
+        Err(Error::request(option, expected, found))
     }
 
     /// That a band or a direction is stated, before any work.
     pub fn check(&self) -> Result<(), Error> {
         let is_band = self.frequency.is_some() || self.wavenumber.is_some();
-        match is_band || self.speed.is_some() || self.towards.is_some() {
-            true => Ok(()),
-            false => Err(Error::request(
-                "frequency",
-                "what passes: --frequency, --wavenumber, --speed, or --towards",
-                "none of them",
-            )),
-        }
+        let is_stated = is_band || self.speed.is_some() || self.towards.is_some();
+        let expected = "what passes: --frequency, --wavenumber, --speed, or --towards";
+        Error::require(is_stated, "frequency", expected, "none of them")
     }
 }
 

@@ -1,15 +1,8 @@
 //! `cascade fit`: the chain that did what was measured.
 
-use std::path::PathBuf;
-
-use clap::Args;
-use wavecascade::Error;
 use wavecascade::fit::{FitRequest, Instruments};
-use wavecascade::observer::Observer;
 
-use crate::args::Input;
-use crate::described::{About, Describing, Found, Given, Reading, ResultArgs};
-use crate::parse;
+use crate::prelude::*;
 use crate::scene::source_of;
 
 /// The scene with the fitted values, in the directory of the results.
@@ -105,19 +98,15 @@ fn records(text: &str) -> Result<PathBuf, String> {
 impl Describing for Fit {
     fn about(&self) -> About<'_> {
         About {
-            reading: Some(Reading {
-                input: &self.input,
-                memory: None,
-            }),
+            reading: Some(Reading::of(&self.input, None)),
             ..About::of("fit", &self.result.how, [&self.field], "npy")
         }
     }
 
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
-        if given.scene.is_none() && self.scene.is_none() {
-            let expected = "the scene of the chain, `cascade fit FIELD SCENE`";
-            return Err(Error::request("scene", expected, "none"));
-        }
+        let is_known = given.scene.is_some() || self.scene.is_some();
+        let expected = "the scene of the chain, `cascade fit FIELD SCENE`";
+        Error::require(is_known, "scene", expected, "none")?;
         let scene = source_of(given.scene.clone(), self.scene.as_deref())?;
         let request = FitRequest {
             free: self.free.clone(),

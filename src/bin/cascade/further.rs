@@ -1,11 +1,9 @@
 //! What an analysis of one field leaves open, and the commands that answer it.
 
-use std::path::Path;
-
-use clap::{Arg, Args, Command};
+use clap::{Arg, Command};
 use wavecascade::analyze::Analysis;
 
-use crate::args::Input;
+use crate::prelude::*;
 use crate::words::{self, quoted};
 
 /// Sites from which waves along x can be told apart.

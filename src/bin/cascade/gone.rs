@@ -10,6 +10,7 @@ use wavecascade::error::nearest_key;
 
 use crate::args::Cli;
 use crate::help;
+use crate::words::with_values;
 
 /// Options that are looked for where they are none: the command, their names, and what serves.
 const OPTIONS: [(&str, &str, &str); 2] = [
@@ -32,6 +33,7 @@ pub fn parsed(words: Vec<OsString>) -> Cli {
     use ErrorKind::{DisplayHelp, DisplayHelpOnMissingArgumentOrSubcommand};
     // Groups and brief help are made only for who asks: they take longer than the arguments of a run.
     let mut cli = Cli::command();
+    let words = with_values(words);
     let command = words.get(1).cloned().unwrap_or_default();
     let typed = cli.try_get_matches_from_mut(words.clone());
     let typed = typed.or_else(|error| match error.kind() {

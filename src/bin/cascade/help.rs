@@ -52,7 +52,7 @@ const RARE: &str = "precision memory threads read significance equal_weights no_
     space_multitaper part merge max_time arrival_threshold detrend_field detrend_space \
     window_samples window_sites without_sites until_arrival sites plan only format from_samples filter scales \
     map_scale band_edge_frequency band_edge_wavenumber subtract_noise overlap window lengths \
-    contacts measured measured_field sense lag_band histograms frames";
+    contacts measured measured_field sense lag_band histograms frames points range";
 
 /// What most need of the rare headings.
 const COMMON: &str = "layout dt dx unit noise figures transfer open";

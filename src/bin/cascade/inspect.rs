@@ -1,25 +1,19 @@
 //! `cascade inspect`: what a file holds, and what of it would be analyzed.
 
-use std::io::Write;
-use std::path::PathBuf;
-
-use clap::Args;
 use serde_json::{Value, json};
 use wavecascade::analyze::{Warning, channel_findings};
-use wavecascade::field::{Axis, Inspection, OpenOptions, ScanRecord, VariableInfo, inspect};
+use wavecascade::field::{Axis, Inspection, ScanRecord, VariableInfo, inspect};
 use wavecascade::observer::Silent;
 use wavecascade::report::{records_json, records_table};
 use wavecascade::sheet::Table;
-use wavecascade::{Error, Field};
 
 use crate::advice;
 use crate::analyze::open_options;
-use crate::args::Input;
-use crate::failure::Failure;
 use crate::fields::expanded;
+use crate::prelude::*;
 use crate::scan_args::ScanArgs;
 use crate::table;
-use crate::terminal::{self, HEADING, number, paragraphs, print_json, styled};
+use crate::terminal::{HEADING, number, paragraphs, print_json, styled};
 use crate::words::quoted;
 
 /// What `cascade inspect` takes.
@@ -53,10 +47,7 @@ struct Seen {
 impl Seen {
     fn of(typed: &Inspect) -> Result<Seen, Failure> {
         let files = expanded(&typed.fields)?;
-        let options = OpenOptions {
-            hash: false,
-            ..open_options(&typed.input, None)
-        };
+        let options = open_options(&typed.input, None);
         let (found, records) = match typed.scan.scan() {
             Some(scan) => {
                 let scanned = scan.open(&files, &options)?;
@@ -91,26 +82,22 @@ pub fn run(typed: &Inspect) -> Result<(), Failure> {
     if typed.json {
         return print_json(&json(typed)?);
     }
-    let Seen {
-        file,
-        found,
-        records,
-        doubts,
-    } = Seen::of(typed)?;
+    let seen = Seen::of(typed)?;
+    let Seen { file, found, .. } = &seen;
     let mut out = terminal::stdout();
     let width = terminal::width();
-    if let Some(records) = &records {
+    let heading = |text: &str| styled(HEADING, text);
+    if let Some(records) = &seen.records {
         let title = format!("{} files as a field", records.len());
-        writeln!(out, "{}", styled(HEADING, &title))?;
+        writeln!(out, "{}", heading(&title))?;
     } else {
         let title = format!("{}: {}", file.display(), found.format);
         let what = match found.field {
             Ok(_) => "as a field",
             Err(_) => "no field yet",
         };
-        writeln!(out, "{}", styled(HEADING, &title))?;
-        write!(out, "{}", listed(&found, width))?;
-        writeln!(out, "\n{}", styled(HEADING, what))?;
+        let listed = listed(found, width);
+        writeln!(out, "{}\n{listed}\n{}", heading(&title), heading(what))?;
     }
     let field = match &found.field {
         Ok(field) => field,
@@ -123,12 +110,13 @@ pub fn run(typed: &Inspect) -> Result<(), Failure> {
     let notes = field.notes.iter().map(|note| note.text.clone());
     let lines: Vec<String> = [shape(field)].into_iter().chain(notes).collect();
     write!(out, "{}", paragraphs(&lines, width))?;
-    if let Some(records) = &records {
+    if let Some(records) = &seen.records {
         write!(out, "\n{}", table::text(&first_and_last(records), width))?;
     }
     if typed.channels {
-        writeln!(out, "\n{}", styled(HEADING, "channels"))?;
-        let mut lines: Vec<String> = doubts.into_iter().map(|doubt| doubt.message).collect();
+        writeln!(out, "\n{}", heading("channels"))?;
+        let doubts = seen.doubts.iter();
+        let mut lines: Vec<String> = doubts.map(|doubt| doubt.message.clone()).collect();
         if lines.is_empty() {
             let text = "none is dead, quiet, clipped, too loud or noisy, or misses samples";
             lines.push(text.into());
@@ -140,12 +128,8 @@ pub fn run(typed: &Inspect) -> Result<(), Failure> {
 
 /// What `--json` prints.
 pub fn json(typed: &Inspect) -> Result<Value, Failure> {
-    let Seen {
-        found,
-        records,
-        doubts,
-        ..
-    } = Seen::of(typed)?;
+    let seen = Seen::of(typed)?;
+    let found = &seen.found;
     let one = |doubt: &Warning| {
         let mut found = doubt.numbers.clone();
         found["code"] = json!(doubt.code);
@@ -159,10 +143,10 @@ pub fn json(typed: &Inspect) -> Result<Value, Failure> {
             Ok(field) => of_field(field),
             Err(error) => json!({ "error": reason(error), "advice": advice::of_error(error) }),
         },
-        "channels": doubts.iter().map(one).collect::<Value>(),
+        "channels": seen.doubts.iter().map(one).collect::<Value>(),
     });
-    match records {
-        Some(records) => all["records"] = records_json(&records),
+    match &seen.records {
+        Some(records) => all["records"] = records_json(records),
         None => {
             all["attributes"] = attributes_json(&found.attributes);
             all["variables"] = found.variables.iter().map(variable_json).collect();
@@ -204,13 +188,11 @@ fn first_and_last(records: &[ScanRecord]) -> Table {
 
 /// The attributes of the file, its arrays, and their attributes.
 fn listed(found: &Inspection, width: usize) -> String {
-    let mut text = String::new();
-    let mut attributes = |title: &str, values: &[(String, String)]| {
-        for (name, value) in values {
-            text += &paragraphs(&[format!("  {title}{name} = {value}")], width);
-        }
-    };
-    attributes("", &found.attributes);
+    let attributes = found.attributes.iter();
+    let lines: Vec<String> = attributes
+        .map(|(name, value)| format!("  {name} = {value}"))
+        .collect();
+    let text = paragraphs(&lines, width);
     if found.variables.is_empty() {
         return text;
     }
@@ -227,44 +209,39 @@ fn listed(found: &Inspection, width: usize) -> String {
             coordinates.join("; "),
         ]
     };
-    let head = [
-        "array",
-        "dimensions",
-        "type",
-        "samples",
-        "unit",
-        "coordinates",
-    ];
+    let head: Vec<&str> = "array dimensions type samples unit coordinates"
+        .split(' ')
+        .collect();
     let rows = found.variables.iter().map(row);
     text + &table::text(&Table::of("", &head, rows), width)
 }
 
 /// Lengths, steps and units of a field.
 fn shape(field: &Field) -> String {
+    let with = |before: &str, unit: &Option<String>| match unit {
+        Some(unit) => format!("{before}{unit}"),
+        None => String::new(),
+    };
     let axis = |axis: &Axis, count: usize, what: &str| {
         if *axis == Axis::index() {
             return format!("{count} {what}, counted");
         }
-        let unit = axis.unit.as_ref().map(|unit| format!(" {unit}"));
-        let unit = unit.unwrap_or_default();
+        let unit = with(" ", &axis.unit);
         let (first, step) = (number(axis.origin), number(axis.step));
         format!("{count} {what} from {first}{unit} by {step}{unit}")
     };
     let times = axis(&field.time, field.n_times(), "times");
     let sites = axis(&field.space, field.n_sites(), "sites");
     let quantity = field.quantity.name().replace('_', " ");
-    let unit = field.unit.as_ref().map(|unit| format!(" in {unit}"));
-    let unit = unit.unwrap_or_default();
+    let unit = with(" in ", &field.unit);
     format!("{quantity}{unit}: {times}; {sites}")
 }
 
 /// The command that analyzes the field as it was read here.
 fn command(typed: &Inspect, field: &Field) -> String {
     let words = crate::words::as_text();
-    let after = words
-        .iter()
-        .position(|word| word == "inspect")
-        .map_or(1, |at| at + 1);
+    let at = words.iter().position(|word| word == "inspect");
+    let after = at.map_or(1, |at| at + 1);
     let rest = words[after..].iter().filter(|word| *word != "--channels");
     let mut rest: Vec<String> = rest.map(|word| quoted(word)).collect();
     let counts = |axis: &Axis| *axis == Axis::index();

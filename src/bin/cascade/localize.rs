@@ -1,24 +1,17 @@
 //! `cascade localize`: ratios that carry localized waves, one wave, and its travel along a chain.
 
 use std::ops::RangeInclusive;
-use std::path::Path;
 
-use clap::{ArgGroup, Args};
-use wavecascade::Error;
+use clap::ArgGroup;
 use wavecascade::arrays::Precision;
 use wavecascade::chain::contact::{Ellipse, Material};
 use wavecascade::localized::{
     Alternation, Comparison, Cylinders, Family, LARGEST_ORDER, Orders, Profile, Wave,
 };
 use wavecascade::measure::{Length, Pressure};
-use wavecascade::observer::Observer;
 use wavecascade::report::{ArrayFormat, localized_snippet, write_beside};
-use wavecascade::sheet::Describe;
 
-use crate::args::choice;
-use crate::described::{self, About, Describing, Found, Given, ResultArgs};
-use crate::failure::Failure;
-use crate::parse;
+use crate::prelude::*;
 
 const OUT: &str = "Directory for the results: summary.json, the page and its picture, beside table.csv and the waves, or the \
     arrays of the one wave. Without it nothing is written, but for `--profile` localized-N";
@@ -36,7 +29,7 @@ pub struct Localize {
     #[arg(long, value_enum, default_value_t = Of::Stiffness)]
     pub alternation: Of,
     /// p of the contact law `F = c delta^p`.
-    #[arg(long, default_value_t = 1.5, value_parser = parse::finite, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 1.5, value_parser = parse::finite)]
     pub exponent: f64,
     /// Strike chains too, and find where their pulses lose least, and most in between.
     #[arg(long)]
@@ -66,16 +59,13 @@ pub struct Localize {
     pub result: ResultArgs,
 }
 
-choice!(Of => Alternation {
-    Stiffness => Self::Stiffness,
-    Mass => Self::Mass,
-});
+choice!(Of => Alternation { Stiffness, Mass });
 
 choice!(Form => Ellipse {
     /// The published `b/a = (A/B)^(2/3)`.
-    Approximate => Self::Approximate,
+    Approximate,
     /// From the transcendental equation.
-    Exact => Self::Exact,
+    Exact,
 });
 
 fn orders(text: &str) -> Result<RangeInclusive<usize>, String> {
@@ -141,6 +131,9 @@ impl Describing for Localize {
     fn about(&self) -> About<'_> {
         let order = self.profile.or(self.launch);
         About {
+            out: self
+                .profile
+                .map(|order| format!("localized-{order}").into()),
             subject: order.map_or("dimer".into(), |order| format!("order {order}")),
             ..About::of("localize", &self.result.how, [], "")
         }
@@ -170,14 +163,6 @@ impl Describing for Localize {
     }
 }
 
-/// Runs the command.
-pub fn run(typed: Localize) -> Result<(), Failure> {
-    let mut result = typed.result.clone();
-    let default = || Some(format!("localized-{}", typed.profile?).into());
-    result.out = result.out.or_else(default);
-    described::run(&typed, &result)
-}
-
 /// A material and a radius.
 #[derive(Debug, Args)]
 pub struct Body {
@@ -187,15 +172,15 @@ pub struct Body {
 
     /// Young's modulus of both, such as 72GPa.
     #[arg(long, value_parser = parse::measure::<Pressure>, requires = "poisson",
-          requires = "radius", allow_negative_numbers = true)]
+          requires = "radius")]
     pub young: Option<f64>,
 
     /// Poisson's ratio of both.
-    #[arg(long, value_parser = parse::finite, requires = "young", allow_negative_numbers = true)]
+    #[arg(long, value_parser = parse::finite, requires = "young")]
     pub poisson: Option<f64>,
 
     /// Radius of both, such as 9mm.
-    #[arg(long, value_parser = parse::measure::<Length>, requires = "angles", allow_negative_numbers = true)]
+    #[arg(long, value_parser = parse::measure::<Length>, requires = "angles")]
     pub radius: Option<f64>,
 }
 

@@ -31,6 +31,7 @@ mod measured;
 mod parse;
 mod picture;
 mod plan;
+mod prelude;
 mod present;
 mod progress;
 mod scan_args;
@@ -54,7 +55,6 @@ mod python;
 
 use args::{Cli, Command};
 use failure::Failure;
-use fields::expanded;
 
 /// What is said of a mapped file whose bytes are gone.
 const FILE_LOST: &str = "was shortened while it was read, or its disk cannot be read: expected all \
@@ -79,30 +79,20 @@ fn program() -> u8 {
 fn run(cli: Cli) -> Result<(), Failure> {
     progress::end_after(cli.max_time);
     match cli.command {
-        Command::Analyze(typed) => {
-            let files = expanded(&typed.fields)?;
-            match files.len() > 1 && typed.scan.position_from.is_none() {
-                true => fields::run(&typed, &files),
-                false => analyze::run(&typed, &files),
-            }
-        }
+        Command::Analyze(typed) => analyze::run(&typed),
         Command::Estimate(typed) => typed.run(),
-        Command::Budget(typed) => described::run(&*typed, &typed.result),
-        Command::Compare(typed) => described::run(&*typed, &typed.result),
         Command::Inspect(typed) => inspect::run(&typed),
         Command::Convert(typed) => convert::run(&typed),
         Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),
-        Command::Attenuate(typed) => attenuate::run(&typed),
-        Command::Localize(typed) => localize::run(*typed),
-        Command::Triads(typed) => described::run(&*typed, &typed.result),
-        Command::Plan(typed) => described::run(&*typed, &typed.result),
-        Command::Fit(typed) => described::run(&*typed, &typed.result),
-        Command::Design(typed) => described::run(&*typed, &typed.result),
         Command::Examples(typed) => examples::run(typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),
+        command => {
+            let described = command.described();
+            described.map_or(Ok(()), |(command, result)| described::run(command, result))
+        }
     }
 }

@@ -1,13 +1,11 @@
 //! Shell completions and man pages, made from the arguments themselves.
 
-use std::io::Write;
-
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use clap_complete::Shell;
 
 use crate::args::Cli;
-use crate::failure::Failure;
+use crate::prelude::*;
 
 /// Prints completions for `shell`.
 pub fn completions(shell: Shell) -> Result<(), Failure> {

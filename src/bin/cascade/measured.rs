@@ -1,23 +1,15 @@
 //! `cascade budget FIELD --scene CHAIN`: budgets of a measured field with a stated chain.
 
-use std::path::{Path, PathBuf};
-
-use clap::Args;
+use wavecascade::Result;
 use wavecascade::budget::measured::{
     Drift, MeasuredMotion, MeasuredOptions, Noise, Uncertainty, from_field,
 };
-use wavecascade::budget::{Budget, BudgetRequest, BudgetUnits, Integration};
+use wavecascade::budget::{BudgetRequest, BudgetUnits, Integration};
 use wavecascade::chain::scene::{Setup, Units};
 use wavecascade::field::Axis;
 use wavecascade::measure::{self, Dimension, Length, Measure, Speed, Time};
-use wavecascade::observer::Observer;
-use wavecascade::report::write_measured_arrays;
-use wavecascade::{Error, Field, Result};
 
-use crate::args::{Input, choice};
-use crate::described::Given;
-use crate::parse;
-use crate::show_args::AxisUnits;
+use crate::prelude::*;
 use crate::view_args::{ViewArgs, request_of};
 
 /// How a measurement is read.
@@ -65,45 +57,32 @@ pub struct MeasuredArgs {
 }
 
 choice!(DriftArg => Drift {
-    None => Self::None,
+    None,
     /// An offset each.
-    Constant => Self::Constant,
+    Constant,
     /// An offset and a slope each.
-    Linear => Self::Linear,
+    Linear,
 });
 
-/// A measured motion and the request for its budgets.
-pub struct MeasuredInput {
-    pub motion: MeasuredMotion,
-    request: BudgetRequest,
-}
-
-/// Takes a field, which messages call `path`, as the record of a chain.
+/// A field, which messages call `path`, as the record of a chain, and the request for its budgets.
 pub fn of_field(
     mut field: Field,
     path: &Path,
     setup: &Setup,
     typed: &MeasuredArgs,
     views: &ViewArgs,
-) -> Result<MeasuredInput> {
-    if setup.simulation.drive.is_some() {
-        return Err(Error::request(
-            "scene",
-            "a chain that nothing drives: what a drive does is not measured",
-            "a driven one",
-        ));
-    }
+) -> Result<(MeasuredMotion, BudgetRequest)> {
+    let is_free = setup.simulation.drive.is_none();
+    let expected = "a chain that nothing drives: what a drive does is not measured";
+    Error::require(is_free, "scene", expected, "a driven one")?;
     if setup.units == Units::Si {
         to_si(&mut field, path)?;
     }
     let is_stated = typed.input.dt.is_some() || typed.input.rate.is_some();
-    if !is_stated && field.time.unit.is_none() && field.time.step == 1.0 {
-        return Err(Error::request(
-            "dt",
-            "the time step, in the units of the scene",
-            "none stated, and none known from the file",
-        ));
-    }
+    let is_known = is_stated || field.time.unit.is_some() || field.time.step != 1.0;
+    let expected = "the time step, in the units of the scene";
+    let found = "none stated, and none known from the file";
+    Error::require(is_known, "dt", expected, found)?;
     let units = AxisUnits {
         samples: (setup.units == Units::Si).then_some("m/s"),
         ..AxisUnits::default()
@@ -144,7 +123,7 @@ pub fn of_field(
         integration: Integration::Samples,
         ..views.choices(motion.time.len(), setup.simulation.chain.n_sites(), base)?
     };
-    Ok(MeasuredInput { motion, request })
+    Ok((motion, request))
 }
 
 /// Puts the axes of a field that state units into seconds and metres, which an SI scene is in.
@@ -153,11 +132,9 @@ fn to_si(field: &mut Field, path: &Path) -> Result<()> {
     axis_to_si::<Length>(&mut field.space, path, "positions")?;
     let size = field.unit.as_deref().and_then(measure::size::<Speed>);
     match (&field.unit, size) {
-        (Some(unit), Some(size)) if size != 1.0 => Err(Error::Unfit {
-            path: path.to_owned(),
-            expected: "velocities in m/s beside a scene in SI".into(),
-            found: unit.clone(),
-        }),
+        (Some(unit), Some(size)) if size != 1.0 => {
+            Err(unfit(path, "velocities in m/s beside a scene in SI", unit))
+        }
         _ => Ok(()),
     }
 }
@@ -168,14 +145,9 @@ fn axis_to_si<D: Dimension>(axis: &mut Axis, path: &Path, what: &str) -> Result<
     };
     let convert = |value: f64| Measure::<D>::parse(&format!("{value:e} {unit}"));
     let (Some(origin), Some(step)) = (convert(axis.origin), convert(axis.step)) else {
-        return Err(Error::Unfit {
-            path: path.to_owned(),
-            expected: format!(
-                "{what} in one of {} beside a scene in SI",
-                measure::units::<D>()
-            ),
-            found: unit,
-        });
+        let known = measure::units::<D>();
+        let expected = format!("{what} in one of {known} beside a scene in SI");
+        return Err(unfit(path, expected, unit));
     };
     *axis = Axis {
         origin: origin.value,
@@ -183,14 +155,4 @@ fn axis_to_si<D: Dimension>(axis: &mut Axis, path: &Path, what: &str) -> Result<
         unit: Some(D::UNITS[0].0.to_owned()),
     };
     Ok(())
-}
-
-impl MeasuredInput {
-    pub fn budget(&self, given: &Given, observer: &dyn Observer) -> Result<Budget> {
-        let (budget, errors) = self.motion.run(&self.request, given.sink(), observer)?;
-        if let Some(file) = given.arrays {
-            write_measured_arrays(&self.motion, &errors, &budget.units, file)?;
-        }
-        Ok(budget)
-    }
 }

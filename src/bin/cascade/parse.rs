@@ -6,8 +6,19 @@ use std::time::Duration;
 
 use wavecascade::estimates;
 use wavecascade::field::{At, Interpolation, Label, Resample, Selection};
-use wavecascade::measure::{Dimension, Measure};
+use wavecascade::measure::{Dimension, Measure, units};
 use wavecascade::sweep::Part;
+
+/// What was read, else what was expected.
+trait Read<T> {
+    fn else_expected(self, what: &str) -> Result<T, String>;
+}
+
+impl<T> Read<T> for Option<T> {
+    fn else_expected(self, what: &str) -> Result<T, String> {
+        self.ok_or_else(|| format!("expected {what}"))
+    }
+}
 
 /// What stands on both sides of a mark.
 fn two<A: FromStr, B: FromStr>(text: &str, mark: char) -> Option<(A, B)> {
@@ -15,75 +26,82 @@ fn two<A: FromStr, B: FromStr>(text: &str, mark: char) -> Option<(A, B)> {
     Some((a.trim().parse().ok()?, b.trim().parse().ok()?))
 }
 
+/// A number of this kind.
+fn number(text: &str, is_one: impl Fn(&f64) -> bool) -> Option<f64> {
+    text.trim().parse().ok().filter(is_one)
+}
+
 /// `A:B` as sites `A .. B`.
 pub fn site_range(text: &str) -> Result<Range<usize>, String> {
     let ends = two(text, ':').filter(|(first, end): &(usize, usize)| first < end);
     let range = ends.map(|(first, end)| first..end);
-    range.ok_or("expected FIRST:END, two site indices, the end excluded and above the first".into())
+    range.else_expected("FIRST:END, two site indices, the end excluded and above the first")
 }
 
 /// `A:B` as an interval; an end left out is infinite.
 pub fn interval(text: &str) -> Result<(f64, f64), String> {
-    let expected =
-        "expected FROM:TO, two numbers of which one may be left out, the lower one first";
-    let (a, b) = text.split_once(':').ok_or(expected)?;
     let end = |text: &str, open: f64| match text.trim() {
-        "" => Ok(open),
-        text => text.parse::<f64>().map_err(|_| expected.to_owned()),
+        "" => Some(open),
+        text => text.parse::<f64>().ok(),
     };
-    let (from, to) = (end(a, f64::NEG_INFINITY)?, end(b, f64::INFINITY)?);
-    match from <= to {
-        true => Ok((from, to)),
-        false => Err(expected.into()),
-    }
+    let ends = text.split_once(':');
+    let ends = ends.and_then(|(a, b)| Some((end(a, f64::NEG_INFINITY)?, end(b, f64::INFINITY)?)));
+    let expected = "FROM:TO, two numbers of which one may be left out, the lower one first";
+    ends.filter(|(from, to)| from <= to).else_expected(expected)
 }
 
 /// `NAME=VALUE` as a place on a dimension.
 pub fn at(text: &str) -> Result<At, String> {
-    let expected = "expected NAME=VALUE, such as y=0.3, y=3mm or y=#2";
-    let (name, label) = text.split_once('=').ok_or(expected)?;
-    Ok(At {
-        dimension: name.trim().to_owned(),
-        label: Label::parse(label).ok_or(expected)?,
-    })
+    let place = text.split_once('=').and_then(|(name, label)| {
+        Some(At {
+            dimension: name.trim().to_owned(),
+            label: Label::parse(label)?,
+        })
+    });
+    place.else_expected("NAME=VALUE, such as y=0.3, y=3mm or y=#2")
 }
 
 /// `NAME=FROM:TO` as a part of an axis.
 pub fn selection(text: &str) -> Result<Selection, String> {
-    let expected = "expected AXIS=FROM:TO, such as time=0.1:0.4, of which one end may be left out";
-    let (name, range) = text.split_once('=').ok_or(expected)?;
-    let (from, to) = range.split_once(':').ok_or(expected)?;
     let end = |text: &str| match text.trim() {
-        "" => Ok(None),
-        text => Label::parse(text).map(Some).ok_or(expected),
+        "" => Some(None),
+        text => Label::parse(text).map(Some),
     };
-    Ok(Selection {
-        dimension: name.trim().to_owned(),
-        from: end(from)?,
-        to: end(to)?,
-    })
+    let read = || {
+        let (name, range) = text.split_once('=')?;
+        let (from, to) = range.split_once(':')?;
+        Some(Selection {
+            dimension: name.trim().to_owned(),
+            from: end(from)?,
+            to: end(to)?,
+        })
+    };
+    read().else_expected("AXIS=FROM:TO, such as time=0.1:0.4, of which one end may be left out")
 }
 
 /// A method for both axes, or `time=METHOD,space=METHOD`.
 pub fn resample(text: &str) -> Result<Resample, String> {
-    let expected = "expected nearest, linear or cubic, of one axis as in time=cubic,space=linear";
+    let expected = "nearest, linear or cubic, of one axis as in time=cubic,space=linear";
     let method = |name: &str| {
-        let all = Interpolation::ALL.into_iter();
-        all.into_iter().find(|method| method.name() == name.trim())
+        let mut all = Interpolation::ALL.into_iter();
+        all.find(|method| method.name() == name.trim())
     };
     if let Some(method) = method(text) {
         return Ok(Resample::both(method));
     }
     let mut chosen = Resample::default();
     for part in text.split(',') {
-        let (axis, name) = part.split_once('=').ok_or(expected)?;
+        let (axis, name) = part.split_once('=').else_expected(expected)?;
         let axis = match axis.trim() {
             "time" | "t" => &mut chosen.time,
             "space" | "x" => &mut chosen.space,
-            _ => return Err(expected.into()),
+            _ => return None::<Resample>.else_expected(expected),
         };
-        if axis.replace(method(name).ok_or(expected)?).is_some() {
-            return Err(format!("{expected}, found an axis twice"));
+        if axis
+            .replace(method(name).else_expected(expected)?)
+            .is_some()
+        {
+            return Err(format!("expected {expected}, found an axis twice"));
         }
     }
     Ok(chosen)
@@ -98,40 +116,39 @@ pub fn bytes(text: &str) -> Result<u64, String> {
         (None, None) => (&*text, 1024f64),
     };
     let prefix = "kmgt".find(|prefix: char| text.ends_with(prefix));
-    let number = text.strip_suffix(['k', 'm', 'g', 't']).unwrap_or(text);
-    let size = number.trim().parse::<f64>();
+    let size = number(
+        text.strip_suffix(['k', 'm', 'g', 't']).unwrap_or(text),
+        |_| true,
+    );
     let size = size.map(|size| size * base.powi(prefix.map_or(0, |at| at as i32 + 1)));
-    match size {
-        Ok(size) if (1.0..u64::MAX as f64).contains(&size) => Ok(size as u64),
-        _ => Err("expected a size such as 500MB or 2GiB".into()),
-    }
+    let size = size.filter(|size| (1.0..u64::MAX as f64).contains(size));
+    size.map(|size| size as u64)
+        .else_expected("a size such as 500MB or 2GiB")
 }
 
 /// A time of at least a millisecond, in seconds or with its unit: `90`, `1.5s`, `20min`, `2h`.
 pub fn duration(text: &str) -> Result<Duration, String> {
-    let expected = || "expected a time such as 90, 90s, 20min or 2h".to_owned();
     let text = text.trim();
-    let (number, factor) = [("ms", 1e-3), ("min", 60.0), ("h", 3600.0), ("s", 1.0)]
+    let (value, factor) = [("ms", 1e-3), ("min", 60.0), ("h", 3600.0), ("s", 1.0)]
         .into_iter()
         .find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, factor)))
         .unwrap_or((text, 1.0));
-    let number: f64 = number.trim().parse().map_err(|_| expected())?;
-    match Duration::try_from_secs_f64(number * factor) {
-        Ok(time) if time >= Duration::from_millis(1) => Ok(time),
-        _ => Err(expected()),
-    }
+    let value = number(value, |_| true);
+    let time = value.and_then(|value| Duration::try_from_secs_f64(value * factor).ok());
+    let time = time.filter(|time| *time >= Duration::from_millis(1));
+    time.else_expected("a time such as 90, 90s, 20min or 2h")
 }
 
 /// `K/N`, the K-th of N parts.
 pub fn part(text: &str) -> Result<Part, String> {
     let part = two(text, '/').and_then(|(k, n)| Part::new(k, n).ok());
-    part.ok_or("expected K/N with K from 1 to N, such as 2/4".into())
+    part.else_expected("K/N with K from 1 to N, such as 2/4")
 }
 
 /// The same of the segments of records, of which there are 64 parts at most.
 pub fn part_of_segments(text: &str) -> Result<estimates::Part, String> {
     let part = two(text, '/').and_then(|(k, n)| estimates::Part::new(k, n).ok());
-    part.ok_or("expected a part and their number, such as 3/64: from 1/64 to 64/64".into())
+    part.else_expected("a part and their number, such as 3/64: from 1/64 to 64/64")
 }
 
 /// How much of a segment its neighbour shares.
@@ -157,24 +174,21 @@ pub fn overlap_of(overlap: Option<Overlap>, segment: Option<usize>) -> Option<us
 
 /// A whole number of samples, or a share between 0 and 1 (also `50%`).
 pub fn overlap(text: &str) -> Result<Overlap, String> {
-    let expected = "expected a number of samples, or a share between 0 and 1 such as 0.5 or 50%";
     let samples = text.parse().map(Overlap::Samples);
-    samples.or_else(|_| share(text).map(Overlap::Share).map_err(|_| expected.into()))
+    let read = samples.or_else(|_| share(text).map(Overlap::Share));
+    read.ok()
+        .else_expected("a number of samples, or a share between 0 and 1 such as 0.5 or 50%")
 }
 
 /// `NW,K`: a time-bandwidth product and a number of tapers.
 pub fn multitaper(text: &str) -> Result<(f64, usize), String> {
     let tapers = two(text, ',').filter(|(nw, _): &(f64, usize)| nw.is_finite());
-    let expected = "expected NW,K: a time-bandwidth product and a number of tapers, such as 4,7";
-    tapers.ok_or(expected.into())
+    tapers.else_expected("NW,K: a time-bandwidth product and a number of tapers, such as 4,7")
 }
 
 /// A finite number.
 pub fn finite(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(x) if x.is_finite() => Ok(x),
-        _ => Err("expected a finite number".into()),
-    }
+    number(text, |x| x.is_finite()).else_expected("a finite number")
 }
 
 /// A number with a unit of its dimension, or without in the first of them.
@@ -184,46 +198,39 @@ pub fn measure<D: Dimension>(text: &str) -> Result<f64, String> {
 
 /// A number in the unit of its axis, or with its own.
 pub fn origin<D: Dimension>(text: &str) -> Result<Measure<D>, String> {
-    Measure::read(text).map_err(|_| {
-        let units = wavecascade::measure::units::<D>();
-        format!("expected a finite number, or one with its unit ({units})")
-    })
-}
-
-/// A share of 0 or more, below 1: `0.01` or `1%`.
-pub fn share(text: &str) -> Result<f64, String> {
-    let text = text.trim();
-    let share = match text.strip_suffix('%') {
-        Some(percent) => percent.trim().parse::<f64>().map(|p| p / 100.0),
-        None => text.parse::<f64>(),
-    };
-    match share {
-        Ok(share) if (0.0..1.0).contains(&share) => Ok(share),
-        _ => Err("expected a share of 0 or more, below 1, as 0.01 or 1%".into()),
-    }
-}
-
-/// A finite number above 0.
-pub fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("expected a finite number above 0".into()),
-    }
+    let expected = format!("a finite number, or one with its unit ({})", units::<D>());
+    Measure::read(text).ok().else_expected(&expected)
 }
 
 /// A measure above 0.
 pub fn step<D: Dimension>(text: &str) -> Result<Measure<D>, String> {
     let step = Measure::read(text).ok().filter(|step| step.value > 0.0);
-    step.ok_or_else(|| {
-        let units = wavecascade::measure::units::<D>();
-        format!("expected a finite number above 0, or one with its unit ({units})")
-    })
+    let expected = format!(
+        "a finite number above 0, or one with its unit ({})",
+        units::<D>()
+    );
+    step.else_expected(&expected)
+}
+
+/// A share of 0 or more, below 1: `0.01` or `1%`.
+pub fn share(text: &str) -> Result<f64, String> {
+    let share = match text.trim().strip_suffix('%') {
+        Some(percent) => number(percent, |_| true).map(|percent| percent / 100.0),
+        None => number(text, |_| true),
+    };
+    let share = share.filter(|share| (0.0..1.0).contains(share));
+    share.else_expected("a share of 0 or more, below 1, as 0.01 or 1%")
+}
+
+/// A finite number above 0.
+pub fn positive(text: &str) -> Result<f64, String> {
+    number(text, |x| x.is_finite() && *x > 0.0).else_expected("a finite number above 0")
 }
 
 /// `A:B`, two indices.
 pub fn pair(text: &str) -> Result<[usize; 2], String> {
     let pair = two(text, ':').map(|(a, b)| [a, b]);
-    pair.ok_or_else(|| format!("expected A:B, two contacts by index, found {text}"))
+    pair.else_expected(&format!("A:B, two contacts by index, found {text}"))
 }
 
 #[cfg(test)]

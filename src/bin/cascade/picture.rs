@@ -62,7 +62,7 @@ struct Pixels {
 }
 
 impl Picture<'_> {
-    /// Decodes a PNG file; what is transparent is white.
+    /// Decodes the PNG file of a figure, which has colours and nothing transparent.
     pub fn read(png: &[u8]) -> Result<Picture<'_>, png::DecodingError> {
         let mut decoder = png::Decoder::new(std::io::Cursor::new(png));
         decoder.set_transformations(png::Transformations::normalize_to_color8());
@@ -70,15 +70,9 @@ impl Picture<'_> {
         let mut bytes = vec![0; reader.output_buffer_size().unwrap_or(0)];
         let frame = reader.next_frame(&mut bytes)?;
         let samples = frame.color_type.samples();
-        let on_white = |color: u8, alpha: u8| {
-            ((u32::from(color) * u32::from(alpha) + 255 * (255 - u32::from(alpha))) / 255) as u8
-        };
         let pixel = |at: &[u8]| match *at {
-            [gray] => [gray; 3],
-            [gray, alpha] => [on_white(gray, alpha); 3],
-            [r, g, b] => [r, g, b],
-            [r, g, b, alpha, ..] => [r, g, b].map(|color| on_white(color, alpha)),
-            [] => [255; 3],
+            [r, g, b, ..] => [r, g, b],
+            _ => [255; 3],
         };
         let (width, height) = (frame.width as usize, frame.height as usize);
         let used = &bytes[..width * height * samples];
@@ -94,10 +88,8 @@ impl Picture<'_> {
         match protocol {
             Protocol::Kitty => kitty(self.png, columns),
             Protocol::Iterm => {
-                let data = STANDARD.encode(self.png);
-                format!(
-                    "\x1b]1337;File=inline=1;width={columns};preserveAspectRatio=1:{data}\x07\n"
-                )
+                let how = format!("inline=1;width={columns};preserveAspectRatio=1");
+                format!("\x1b]1337;File={how}:{}\x07\n", STANDARD.encode(self.png))
             }
             Protocol::Sixel => sixel(&self.pixels.scaled(columns * SIXEL_COLUMN, 1)),
             Protocol::Blocks => {
@@ -187,26 +179,20 @@ fn sixel(pixels: &Pixels) -> String {
     palette.sort_unstable_by(|a, b| b.cmp(a));
     palette.truncate(COLORS);
     let distance = |a: Rgb, b: Rgb| -> i32 {
-        let squares = a
-            .iter()
-            .zip(b)
-            .map(|(&a, b)| (i32::from(a) - i32::from(b)).pow(2));
-        squares.sum()
+        let pairs = a.into_iter().zip(b);
+        pairs
+            .map(|(a, b)| (i32::from(a) - i32::from(b)).pow(2))
+            .sum()
     };
     let nearest = |color: Rgb| {
         let all = palette.iter().enumerate();
         let nearest = all.min_by_key(|(_, (_, other))| distance(color, *other));
         nearest.map_or(0, |(index, _)| index)
     };
-    let index: HashMap<Rgb, usize> = counts
-        .keys()
-        .map(|&color| (color, nearest(color)))
-        .collect();
-    let indices: Vec<usize> = pixels
-        .rgb
-        .iter()
-        .map(|pixel| index[&coarse(pixel)])
-        .collect();
+    let colors = counts.keys();
+    let index: HashMap<Rgb, usize> = colors.map(|&color| (color, nearest(color))).collect();
+    let all = pixels.rgb.iter();
+    let indices: Vec<usize> = all.map(|pixel| index[&coarse(pixel)]).collect();
 
     let mut text = format!("\x1bPq\"1;1;{};{}", pixels.width, pixels.height);
     for (i, (_, color)) in palette.iter().enumerate() {
@@ -301,36 +287,34 @@ mod tests {
     fn val_messages_to_kitty_are_the_file_in_parts() {
         let bytes: Vec<u8> = (0..7000).map(|n| (n * n % 251) as u8).collect();
         let drawn = kitty(&bytes, 80);
-        let parts: Vec<&str> = drawn
-            .trim_end()
-            .split("\x1b\\")
-            .filter(|part| !part.is_empty())
-            .collect();
+        let parts = drawn.trim_end().split_terminator("\x1b\\");
         let (heads, data): (Vec<&str>, Vec<&str>) =
-            parts.iter().filter_map(|part| part.split_once(';')).unzip();
-        assert_eq!(
-            heads,
-            ["\x1b_Ga=T,f=100,c=80,m=1", "\x1b_Gm=1", "\x1b_Gm=0"]
-        );
+            parts.filter_map(|part| part.split_once(';')).unzip();
+        let first = "\x1b_Ga=T,f=100,c=80,m=1";
+        assert_eq!(heads, [first, "\x1b_Gm=1", "\x1b_Gm=0"]);
         assert_eq!(STANDARD.decode(data.concat()).unwrap(), bytes);
     }
 
     #[test]
     fn terminals_say_what_they_understand() {
-        let of = |set: &[(&str, &str)]| {
-            Protocol::of_terminal(|name| {
-                let value = set.iter().find(|(set, _)| *set == name);
-                value.map_or_else(String::new, |(_, value)| (*value).to_owned())
-            })
-        };
-        assert_eq!(of(&[("TERM", "xterm-kitty")]), Protocol::Kitty);
-        assert_eq!(
-            of(&[("TERM", "xterm-kitty"), ("TMUX", "default,1,0")]),
-            Protocol::Blocks
-        );
-        assert_eq!(of(&[("TERM_PROGRAM", "iTerm.app")]), Protocol::Iterm);
-        assert_eq!(of(&[("TERM", "foot")]), Protocol::Sixel);
-        assert_eq!(of(&[("TERM", "xterm-256color")]), Protocol::Blocks);
-        assert_eq!(of(&[]), Protocol::Blocks);
+        for (set, expected) in [
+            ("TERM=xterm-kitty", Protocol::Kitty),
+            ("TERM=xterm-kitty TMUX=default,1,0", Protocol::Blocks),
+            ("TERM_PROGRAM=iTerm.app", Protocol::Iterm),
+            ("TERM=foot", Protocol::Sixel),
+            ("TERM=xterm-256color", Protocol::Blocks),
+            ("", Protocol::Blocks),
+        ] {
+            let value = |name: &str| {
+                let mut all = set.split(' ').filter_map(|one| one.split_once('='));
+                all.find(|(set, _)| *set == name)
+                    .map_or("", |(_, value)| value)
+            };
+            assert_eq!(
+                Protocol::of_terminal(|name| value(name).to_owned()),
+                expected,
+                "{set}"
+            );
+        }
     }
 }

@@ -1,21 +1,14 @@
 //! `cascade plan`: where, how long and how fast to measure.
 
-use std::path::PathBuf;
-
-use clap::Args;
 use clap::builder::RangedU64ValueParser;
-use wavecascade::Error;
 use wavecascade::chain::scene::Units;
 use wavecascade::measure::{Frequency, Measure};
-use wavecascade::observer::Observer;
 use wavecascade::plan::{Criterion, NoiseLevel, PlanRequest};
 
-use crate::args::{QuantityArg, choice};
-use crate::described::{About, Describing, Found, Given, ResultArgs};
+use crate::args::QuantityArg;
 use crate::fit::InstrumentArgs;
-use crate::parse;
+use crate::prelude::*;
 use crate::scene::source_of;
-use crate::show_args::AxisUnits;
 
 /// What `cascade plan` takes.
 #[derive(Debug, Args)]
@@ -65,15 +58,12 @@ pub struct PlanArgs {
     pub result: ResultArgs,
 }
 
-choice!(
-    /// [`Criterion`] as it is typed.
-    CriterionArg => Criterion {
-        /// Those with the least volume of the confidence ellipsoid of all keys.
-        Volume => Self::Volume,
-        /// Those with the least of the largest relative error of a key.
-        Worst => Self::Worst,
-    }
-);
+choice!(CriterionArg => Criterion {
+    /// Those with the least volume of the confidence ellipsoid of all keys.
+    Volume,
+    /// Those with the least of the largest relative error of a key.
+    Worst,
+});
 
 impl Describing for PlanArgs {
     fn about(&self) -> About<'_> {

@@ -1,15 +1,10 @@
 //! What is done with a result once it is written: its page in the browser, its main picture in the terminal.
 
-use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::io::IsTerminal;
 
-use clap::Args;
-use wavecascade::Error;
-
-use crate::args::choice;
-use crate::failure::Failure;
 use crate::picture::{Picture, Protocol};
-use crate::terminal::{self, Tone};
+use crate::prelude::*;
+use crate::terminal::Tone;
 
 /// Options of commands whose result has a page.
 #[derive(Debug, Clone, Copy, Default, Args)]
@@ -27,11 +22,11 @@ pub struct PresentArgs {
 choice!(ShowArg => Protocol {
     /// As the terminal says what it is.
     Auto => Self::of_terminal(|name| std::env::var(name).unwrap_or_default()),
-    Kitty => Self::Kitty,
-    Iterm => Self::Iterm,
-    Sixel => Self::Sixel,
+    Kitty,
+    Iterm,
+    Sixel,
     /// Characters that are half of a cell each, which all terminals have.
-    Blocks => Self::Blocks,
+    Blocks,
 });
 
 /// Figures whose name is not that of the result and that answer its question, the first that is there.
@@ -40,23 +35,17 @@ const MAIN: [&str; 3] = ["temporal-spectrum.png", "views.png", "energies.png"];
 impl PresentArgs {
     /// That there will be a page to open, and a picture and a terminal for it.
     pub fn check(self, draws: bool, has_png: bool) -> Result<(), Error> {
+        let expected = "figures: without them there is no page";
+        Error::require(draws || !self.open, "open", expected, "`--figures none`")?;
+        if self.show.is_none() {
+            return Ok(());
+        }
+        Error::require(has_png, "show", "`png` among `--figures`", "none")?;
+        let is_terminal = std::io::stdout().is_terminal();
+        let found = "standard output that is a file or a pipe";
+        Error::require(is_terminal, "show", "a terminal to draw in", found)?;
         let is_dumb = std::env::var("TERM").is_ok_and(|name| name == "dumb");
-        let (option, expected, found) = if self.open && !draws {
-            let expected = "figures: without them there is no page";
-            ("open", expected, "`--figures none`")
-        } else if self.show.is_none() {
-            return Ok(());
-        } else if !has_png {
-            ("show", "`png` among `--figures`", "none")
-        } else if !std::io::stdout().is_terminal() {
-            let found = "standard output that is a file or a pipe";
-            ("show", "a terminal to draw in", found)
-        } else if is_dumb {
-            ("show", "a terminal that can draw", "TERM=dumb")
-        } else {
-            return Ok(());
-        };
-        Err(Error::request(option, expected, found))
+        Error::require(!is_dumb, "show", "a terminal that can draw", "TERM=dumb")
     }
 
     /// Shows the main picture beside a page, and opens the page.
@@ -92,14 +81,11 @@ fn picture_of(page: &Path) -> Option<PathBuf> {
     let folder = page.parent()?;
     let within = |folder: PathBuf| {
         let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        let paths = files.map(|file| file.path());
-        let mut found: Vec<PathBuf> = paths
-            .filter(|path| path.extension().is_some_and(|extension| extension == "png"))
-            .collect();
+        let is_png = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "png");
+        let mut found: Vec<PathBuf> = files.map(|file| file.path()).filter(is_png).collect();
         found.sort();
-        let main = MAIN
-            .iter()
-            .find_map(|name| found.iter().find(|path| path.ends_with(name)));
+        let named = |name: &&str| found.iter().find(|path| path.ends_with(name));
+        let main = MAIN.iter().find_map(named);
         main.or(found.first()).cloned()
     };
     within(folder.join("figures")).or_else(|| within(folder.to_owned()))

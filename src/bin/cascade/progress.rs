@@ -9,8 +9,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use wavecascade::observer::Observer;
 use wavecascade_system::signals;
 
-use crate::failure::{INTERRUPTED, TIMED_OUT};
-use crate::terminal;
+use crate::failure::{Failure, INTERRUPTED, TIMED_OUT};
 
 /// A stage shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_millis(300);
@@ -56,13 +55,7 @@ pub fn reason() -> Option<&'static str> {
 }
 
 fn end_at_once() -> ! {
-    let cancelled = wavecascade::Error::Cancelled.to_string();
-    let text = match reason() {
-        Some(reason) => format!("{cancelled}: {reason}"),
-        None => cancelled,
-    };
-    terminal::message(terminal::Tone::Error, &text);
-    std::process::exit(stopped_code().into())
+    std::process::exit(Failure::from(wavecascade::Error::Cancelled).report().into())
 }
 
 /// Shows each stage's progress on standard error where that is a terminal.

@@ -1,12 +1,8 @@
 //! Files with one record each, as one field.
 
-use std::path::{Path, PathBuf};
-
-use clap::Args;
 use wavecascade::field::{EqualPositions, OpenOptions, PositionFrom, Scan, ScanRecord};
-use wavecascade::{Error, Field};
 
-use crate::parse;
+use crate::prelude::*;
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Scans: one record a file, one field")]
@@ -34,9 +30,9 @@ pub struct ScanArgs {
 
 crate::args::choice!(EqualPositionsArg => EqualPositions {
     /// They are an error.
-    Refuse => Self::Refuse,
+    Refuse,
     /// Their mean is taken, once they are aligned.
-    Average => Self::Average,
+    Average,
 });
 
 /// `name`, `header`, both with `:NAME`, or the path of a table.
@@ -75,15 +71,10 @@ impl ScanArgs {
     /// # Errors
     /// Several files without a scan.
     pub fn check_files(&self, files: &[PathBuf]) -> Result<(), Error> {
+        let is_one = files.len() == 1 || self.position_from.is_some();
+        let expected = "it beside several files, which it makes one field";
         let found = format!("{} files without it", files.len());
-        match files.len() == 1 || self.position_from.is_some() {
-            true => Ok(()),
-            false => Err(Error::request(
-                "position-from",
-                "it beside several files, which it makes one field",
-                found,
-            )),
-        }
+        Error::require(is_one, "position-from", expected, found)
     }
 
     /// The field of one file, or of all files of a scan with what was taken of each.

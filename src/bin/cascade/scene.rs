@@ -1,9 +1,5 @@
 //! `cascade scene`: a scene to start from, its schema, what a scene describes.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
-
-use wavecascade::Error;
 use wavecascade::chain::scene::{
     Description, PRESETS, Preset, SceneSource, Units, preset, schema, template,
 };
@@ -11,9 +7,8 @@ use wavecascade::measure::digits;
 use wavecascade::sheet::name_of;
 
 use crate::chain_args::SceneCommand;
-use crate::described::stem_of;
-use crate::failure::Failure;
-use crate::terminal::{self, Lines, number, print_json};
+use crate::prelude::*;
+use crate::terminal::{Lines, number, print_json};
 
 /// Runs the command.
 pub fn run(typed: SceneCommand) -> Result<(), Failure> {
@@ -71,14 +66,9 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
         Units::Si => format!(" {unit}"),
         Units::None => String::new(),
     };
-    let (kg, speed) = (unit("kg"), unit("m/s"));
-    let Description {
-        sites,
-        contacts,
-        law,
-        ends,
-        ..
-    } = d;
+    let with = |value: f64, of: &str| number(value) + &unit(of);
+    let range = |ends: [f64; 2], of: &str| between(ends) + &unit(of);
+    let (sites, contacts, law, ends) = (d.sites, d.contacts, &d.law, d.ends);
     let chain = format!("{sites} sites, {contacts} contacts, law {law}, ends {ends}");
     lines.line("chain", &chain);
     if let Some(range) = d.coefficient {
@@ -89,24 +79,23 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
         let unit = d.coefficient_unit.as_deref().map(unit).unwrap_or_default();
         lines.line("coefficients", &format!("{}{unit}{ratio}", between(range)));
     }
-    let (mass, total) = (between(d.mass), number(d.total_mass));
-    lines.line("masses", &format!("{mass}{kg}, {total}{kg} in all"));
-    let meters = unit("m");
+    let (mass, total) = (range(d.mass, "kg"), with(d.total_mass, "kg"));
+    lines.line("masses", &format!("{mass}, {total} in all"));
     let mut start = Vec::new();
     if d.striker_velocity != 0.0 && d.moving_sites == 1 {
-        let (mass, velocity) = (number(d.striker_mass), number(d.striker_velocity));
-        start.push(format!("striker of {mass}{kg} at {velocity}{speed}"));
+        let (mass, velocity) = (with(d.striker_mass, "kg"), with(d.striker_velocity, "m/s"));
+        start.push(format!("striker of {mass} at {velocity}"));
     } else if d.largest_velocity > 0.0 {
         let sites = match d.moving_sites {
             1 => "one site".to_owned(),
             n => format!("{n} sites"),
         };
-        let velocity = number(d.largest_velocity);
-        start.push(format!("velocities up to {velocity}{speed} at {sites}"));
+        let velocity = with(d.largest_velocity, "m/s");
+        start.push(format!("velocities up to {velocity} at {sites}"));
     }
     if d.largest_displacement > 0.0 {
-        let displacement = number(d.largest_displacement);
-        start.push(format!("displacements up to {displacement}{meters}"));
+        let displacement = with(d.largest_displacement, "m");
+        start.push(format!("displacements up to {displacement}"));
     }
     if !start.is_empty() {
         lines.line("start", &start.join(", "));
@@ -114,29 +103,25 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
     if let Some(drive) = &d.drive {
         lines.line("drive", drive);
     }
-    let loads = [
-        ("precompression", d.precompression, "N"),
-        ("gravity", d.gravity, "m/s^2"),
-    ];
-    for (name, load, of) in loads.into_iter().filter(|(_, load, _)| *load > 0.0) {
-        lines.line(name, &format!("{}{}", number(load), unit(of)));
+    if d.precompression > 0.0 {
+        lines.line("precompression", &with(d.precompression, "N"));
+    }
+    if d.gravity > 0.0 {
+        lines.line("gravity", &with(d.gravity, "m/s^2"));
     }
     if let Some((law, range)) = &d.ground {
-        lines.line(
-            "ground",
-            &format!("law {law}, coefficients {}", between(*range)),
-        );
+        let text = format!("law {law}, coefficients {}", between(*range));
+        lines.line("ground", &text);
     }
     if let Some(all) = &d.resonators {
         let damped = match all.damping[1] > 0.0 {
-            true => format!(", dashpots {}{}", between(all.damping), unit("N s/m")),
+            true => format!(", dashpots {}", range(all.damping, "N s/m")),
             false => String::new(),
         };
-        let (mass, frequency) = (between(all.mass), between(all.frequency));
+        let (mass, frequency) = (range(all.mass, "kg"), range(all.frequency, "Hz"));
         let text = format!(
-            "{} of mass {mass}{kg}, frequency {frequency}{}{damped}",
-            all.number,
-            unit("Hz")
+            "{} of mass {mass}, frequency {frequency}{damped}",
+            all.number
         );
         lines.line("resonators", &text);
     }
@@ -145,11 +130,9 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
         ("tangent", d.tangent, "s"),
         ("drag", d.drag, "N s/m"),
     ];
-    let losses: Vec<String> = losses
-        .iter()
-        .filter(|(_, value, _)| *value > 0.0)
-        .map(|(name, value, of)| format!("{name} {}{}", number(*value), unit(of)))
-        .collect();
+    let losses = losses.into_iter().filter(|(_, value, _)| *value > 0.0);
+    let losses = losses.map(|(name, value, of)| format!("{name} {}", with(value, of)));
+    let losses: Vec<String> = losses.collect();
     if !losses.is_empty() {
         lines.line("losses", &losses.join(", "));
     }

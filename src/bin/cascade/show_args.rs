@@ -27,10 +27,9 @@ pub fn ends<D: Dimension>(text: &str) -> Result<Ends<D>, String> {
     Ok(Ends(end(from)?, end(to)?))
 }
 
-/// What is typed of an axis: `all`, an upper end, or both ends, of which one may be left out.
+/// What is typed of an axis: an upper end, or both ends; none of `all`.
 #[derive(Debug, Clone, Copy)]
 pub enum Limits<D: Dimension> {
-    All,
     UpTo(Measure<D>),
     Between(Ends<D>),
 }
@@ -38,7 +37,7 @@ pub enum Limits<D: Dimension> {
 /// Reads `all`, `HIGH` or `LOW:HIGH`, with units.
 fn limits<D: Dimension>(text: &str) -> Result<Limits<D>, String> {
     let read = match text.trim() {
-        "all" => Some(Limits::All),
+        "all" => Some(Limits::Between(Ends(None, None))),
         ":" => None,
         text if text.contains(':') => ends(text).ok().map(Limits::Between),
         text => Measure::read(text).ok().map(Limits::UpTo),
@@ -121,14 +120,9 @@ impl<'a> AxisUnits<'a> {
     ) -> Result<(f64, f64), Error> {
         let from = self.stated(option, from)?.unwrap_or(f64::NEG_INFINITY);
         let to = self.stated(option, to)?.unwrap_or(f64::INFINITY);
-        match from <= to {
-            true => Ok((from, to)),
-            false => Err(Error::request(
-                option,
-                "the lower end first",
-                format!("{from}:{to}"),
-            )),
-        }
+        let found = format!("{from}:{to}");
+        Error::require(from <= to, option, "the lower end first", found)?;
+        Ok((from, to))
     }
 
     /// The part of an axis that is shown.
@@ -139,7 +133,6 @@ impl<'a> AxisUnits<'a> {
     ) -> Result<ShowAxis, Error> {
         Ok(match typed {
             None => ShowAxis::Auto,
-            Some(Limits::All) => ShowAxis::WHOLE,
             Some(Limits::UpTo(high)) => ShowAxis::UpTo(self.number(option, high)?),
             Some(Limits::Between(ends)) => {
                 let (low, high) = self.ends(option, ends)?;
@@ -155,21 +148,17 @@ impl<'a> AxisUnits<'a> {
 pub struct ShowArgs {
     /// Frequencies that are shown, in cycles per unit of time, or with their unit (2kHz): the upper
     /// end, both ends, or all [default: up to where 99.9 % of the energy lies].
-    #[arg(long, value_name = "[LOW:]HIGH", value_parser = limits::<Frequency>,
-          allow_hyphen_values = true)]
+    #[arg(long, value_name = "[LOW:]HIGH", value_parser = limits::<Frequency>)]
     pub show_frequency: Option<Limits<Frequency>>,
     /// Wavenumbers that are shown, in rad per unit of length; one value stands for both signs
     /// [default: up to where 99.9 % of the energy lies].
-    #[arg(long, value_name = "[LOW:]HIGH", value_parser = limits::<Wavenumber>,
-          allow_hyphen_values = true)]
+    #[arg(long, value_name = "[LOW:]HIGH", value_parser = limits::<Wavenumber>)]
     pub show_wavenumber: Option<Limits<Wavenumber>>,
     /// Times that are shown [default: all but ends without motion].
-    #[arg(long, value_name = "[FROM:]TO", value_parser = limits::<Time>,
-          allow_hyphen_values = true)]
+    #[arg(long, value_name = "[FROM:]TO", value_parser = limits::<Time>)]
     pub show_time: Option<Limits<Time>>,
     /// Positions that are shown [default: all but ends without motion].
-    #[arg(long, value_name = "[FROM:]TO", value_parser = limits::<Length>,
-          allow_hyphen_values = true)]
+    #[arg(long, value_name = "[FROM:]TO", value_parser = limits::<Length>)]
     pub show_space: Option<Limits<Length>>,
 }
 
@@ -192,7 +181,7 @@ mod tests {
     #[test]
     fn limits_are_an_end_two_ends_or_all() {
         let read = limits::<Frequency>;
-        assert!(matches!(read("all"), Ok(Limits::All)));
+        assert!(matches!(read("all"), Ok(Limits::Between(Ends(None, None)))));
         assert!(matches!(read("2kHz"), Ok(Limits::UpTo(high)) if high.value == 2000.0));
         let between = read("1kHz:");
         assert!(

@@ -1,7 +1,5 @@
 //! `cascade simulate`: a scene with options over it, the run, the run file.
 
-use std::io::Write;
-use std::path::Path;
 use std::time::Instant;
 
 use serde_json::json;
@@ -9,14 +7,13 @@ use wavecascade::chain::scene::{Description, Setup, Units};
 use wavecascade::chain::{CHECK_FACTOR, Run};
 use wavecascade::measure::digits;
 use wavecascade::report::{RUN_SCHEMA, RunFile};
-use wavecascade::sheet::name_of;
+use wavecascade::sheet::{Warning, name_of};
 
 use crate::advice;
 use crate::chain_args::Simulate;
-use crate::failure::Failure;
-use crate::progress::Progress;
+use crate::prelude::*;
 use crate::scene::{chain_lines, describe, named_like, source_of};
-use crate::terminal::{self, Lines, error_size, number, print_json};
+use crate::terminal::{Lines, error_size, number, print_json};
 
 /// Runs the command.
 pub fn run(typed: Simulate) -> Result<(), Failure> {
@@ -26,10 +23,8 @@ pub fn run(typed: Simulate) -> Result<(), Failure> {
         let text = describe(&setup.description(), typed.json)?;
         return Ok(terminal::stdout().write_all(text.as_bytes())?);
     }
-    let out = typed
-        .out
-        .clone()
-        .unwrap_or_else(|| named_like(typed.scene.as_deref(), "run", ".npz"));
+    let named = || named_like(typed.scene.as_deref(), "run", ".npz");
+    let out = typed.out.clone().unwrap_or_else(named);
     let progress = Progress::new(!typed.quiet);
     // Before any work: could the run be written?
     RunFile::check(&out, typed.force)?;
@@ -50,13 +45,8 @@ fn tell(
     seconds: f64,
 ) -> Result<(), Failure> {
     let description = setup.description();
+    let warnings: Vec<Warning> = run.report.warnings.iter().map(advice::of_run).collect();
     if typed.json {
-        let warnings: Vec<_> = run
-            .report
-            .warnings
-            .iter()
-            .map(|w| json!({ "message": w.message(), "advice": advice::of_run(w) }))
-            .collect();
         let summary = json!({
             "schema": RUN_SCHEMA,
             "file": out,
@@ -69,7 +59,7 @@ fn tell(
         });
         print_json(&summary)?;
     } else if !typed.quiet {
-        let text = summary(&description, run, seconds, terminal::width());
+        let text = summary(&description, run, &warnings, seconds);
         let mut stdout = terminal::stdout();
         stdout.write_all(text.as_bytes())?;
         writeln!(stdout, "wrote {}; next: cascade analyze {0}", out.display())?;
@@ -77,9 +67,9 @@ fn tell(
     Ok(())
 }
 
-/// Summary of a run and its accuracy, in lines of at most `width` columns.
-fn summary(description: &Description, run: &Run, seconds: f64, width: usize) -> String {
-    let mut lines = Lines::new(width);
+/// Summary of a run and its accuracy.
+fn summary(description: &Description, run: &Run, warnings: &[Warning], seconds: f64) -> String {
+    let mut lines = Lines::new(terminal::width());
     chain_lines(&mut lines, description);
     let report = &run.report;
     let unit = if description.units == Units::Si {
@@ -87,24 +77,20 @@ fn summary(description: &Description, run: &Run, seconds: f64, width: usize) -> 
     } else {
         ""
     };
-    let end = run.time[run.time.len() - 1];
+    let end = number(run.time[run.time.len() - 1]);
     let auto = match description.end_time {
         Some(_) => "",
         None => ", when the front reached the last site",
     };
-    let samples = description.samples;
+    let text = format!("0 to {end}{unit}{auto}, {} samples", description.samples);
+    lines.line("time", &text);
     let past_wall = match (description.end_time, description.ends) {
         (None, "wall" | "fixed") => run.end_behind_wall_peak(),
         _ => None,
     };
-    lines.line(
-        "time",
-        &format!("0 to {}{unit}{auto}, {samples} samples", number(end)),
-    );
-    if let Some(end) = past_wall {
+    if let Some(end) = past_wall.map(digits) {
         let text = format!(
-            "the force there still rises at the end; its peak is in a run with --end-time {}",
-            digits(end)
+            "the force there still rises at the end; its peak is in a run with --end-time {end}"
         );
         lines.line("wall", &text);
     }
@@ -120,44 +106,30 @@ fn summary(description: &Description, run: &Run, seconds: f64, width: usize) -> 
         None => "not estimated: a single run".into(),
     };
     lines.line("estimated error", &error);
-    if let Some(drift) = report.energy_drift {
-        let drift = error_size(drift);
-        lines.line(
-            "energy drift",
-            &format!("{drift}, which bounds no error of velocities"),
-        );
+    if let Some(drift) = report.energy_drift.map(error_size) {
+        let text = format!("{drift}, which bounds no error of velocities");
+        lines.line("energy drift", &text);
     }
-    let cost = report.cost;
-    lines.line(
-        "stepping",
-        &format!(
-            "{}: {} steps and {} repeated, {} contact forces, {} openings and closings corrected",
-            name_of(&description.scheme),
-            cost.steps,
-            cost.rejected_steps,
-            cost.forces,
-            cost.corrected_contacts
-        ),
+    let (cost, scheme) = (report.cost, name_of(&description.scheme));
+    let text = format!(
+        "{scheme}: {} steps and {} repeated, {} contact forces, {} openings and closings corrected",
+        cost.steps, cost.rejected_steps, cost.forces, cost.corrected_contacts
     );
+    lines.line("stepping", &text);
     if let Some(gradient) = &run.gradient {
         let worst = gradient.error.iter().fold(0.0f64, |m, e| m.max(*e));
-        let text = format!(
-            "{}, to {} of the largest",
-            gradient.names(),
-            error_size(worst)
-        );
+        let (names, worst) = (gradient.names(), error_size(worst));
+        let text = format!("{names}, to {worst} of the largest");
         lines.line("gradient", &text);
     }
     if let Some(found) = &report.lyapunov {
         let [half, whole] = [found.convergence[2][1], found.exponent].map(number);
-        lines.line(
-            "Lyapunov exponent",
-            &format!("{whole}, {half} up to half of the time"),
-        );
+        let text = format!("{whole}, {half} up to half of the time");
+        lines.line("Lyapunov exponent", &text);
     }
     lines.line("computation", &format!("{seconds:.3} s"));
-    for warning in &report.warnings {
-        lines.warning(&warning.message(), advice::of_run(warning));
+    for warning in warnings {
+        lines.warning(&warning.message, &warning.advice);
     }
     lines.text
 }

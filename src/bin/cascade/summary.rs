@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use wavecascade::sheet::{Sheet, Table};
+use wavecascade::sheet::{Sheet, Table, Warning};
 
 use crate::table;
 use crate::text::{HEADING, Lines, Tone, labelled, paragraphs, stdout, styled, width, wrapped};
@@ -22,18 +22,14 @@ pub struct Summary {
     answer: String,
     /// Each with whether it is a detail, which is printed with `--verbose` alone; others are where there is room.
     parts: Vec<(bool, Part)>,
-    warnings: Vec<[String; 2]>,
+    warnings: Vec<Warning>,
     last: String,
 }
 
 enum Part {
-    Line {
-        name: String,
-        value: String,
-    },
+    Line(String, String),
     /// Set by themselves, to any width.
     Rows(Table),
-    Paragraph(String),
 }
 
 impl Summary {
@@ -62,38 +58,31 @@ impl Summary {
         for table in sheet.tables.iter().filter(|table| !table.is_fact) {
             summary.table(table);
         }
-        for warning in &sheet.warnings {
-            summary.warning(&warning.message, &warning.advice);
-        }
+        summary.warnings.clone_from(&sheet.warnings);
         summary
     }
 
     /// A table of a result: its rows, of which those that there is room for are printed, or names with their values.
     pub fn table(&mut self, table: &Table) {
-        let is_detail = !table.is_fact;
-        if table.head.is_empty() {
-            for row in &table.rows {
-                if let [name, value] = row.as_slice() {
-                    self.line(is_detail, name, value);
-                }
-            }
+        if !table.head.is_empty() {
+            self.parts.push((!table.is_fact, Part::Rows(table.clone())));
             return;
         }
-        if is_detail && !table.title.is_empty() {
-            let title = Part::Paragraph(table.title.clone());
-            self.parts.push((is_detail, title));
+        for row in &table.rows {
+            if let [name, value] = row.as_slice() {
+                self.line(!table.is_fact, name, value);
+            }
         }
-        self.parts.push((is_detail, Part::Rows(table.clone())));
     }
 
     pub fn line(&mut self, is_detail: bool, name: &str, value: &str) {
-        let (name, value) = (name.to_owned(), value.to_owned());
-        self.parts.push((is_detail, Part::Line { name, value }));
+        let line = Part::Line(name.to_owned(), value.to_owned());
+        self.parts.push((is_detail, line));
     }
 
     /// A finding about the data and what to do about it.
     pub fn warning(&mut self, message: &str, advice: &str) {
-        self.warnings.push([message.to_owned(), advice.to_owned()]);
+        self.warnings.push(Warning::new(message, advice));
     }
 
     /// The line that follows all others: what to open, what was written.
@@ -119,13 +108,11 @@ impl Summary {
     }
 
     fn all_warnings(&self) -> Vec<(Tone, String)> {
-        let pair = |[message, advice]: &[String; 2]| {
-            [
-                (Tone::Warning, message.clone()),
-                (Tone::Help, advice.clone()),
-            ]
-        };
-        let warnings = self.warnings.iter().flat_map(pair);
+        let all = self.warnings.iter();
+        let warnings = all.flat_map(|of| {
+            let (message, advice) = (of.message.clone(), of.advice.clone());
+            [(Tone::Warning, message), (Tone::Help, advice)]
+        });
         warnings.filter(|(_, text)| !text.is_empty()).collect()
     }
 
@@ -133,10 +120,8 @@ impl Summary {
     fn cut(&self, width: usize) -> String {
         let (mut text, closing) = (self.head(width), self.closing(width));
         let mut room = MOST_LINES.saturating_sub(text.lines().count() + closing.lines().count());
-        let messages = self
-            .warnings
-            .iter()
-            .map(|[message, _]| lines_of(Tone::Warning, message, width));
+        let lines = |of: &Warning| lines_of(Tone::Warning, &of.message, width);
+        let messages = self.warnings.iter().map(lines);
         let reserved = messages.sum::<usize>().min(room / 2);
         let facts = self.parts.iter().filter(|(is_detail, _)| !is_detail);
         for (_, part) in facts {
@@ -150,7 +135,7 @@ impl Summary {
     /// Warnings in so many lines: their messages, and what to do about them where all messages have room.
     fn cut_warnings(&self, width: usize, mut room: usize) -> Vec<(Tone, String)> {
         let lines = |tone: Tone, text: &str| lines_of(tone, text, width);
-        let message_lines = |of: &[String; 2]| lines(Tone::Warning, &of[0]);
+        let message_lines = |of: &Warning| lines(Tone::Warning, &of.message);
         let mut said = Vec::new();
         for (n, warning) in self.warnings.iter().enumerate() {
             let (own, later) = (message_lines(warning), &self.warnings[n + 1..]);
@@ -161,7 +146,7 @@ impl Summary {
                 break;
             }
             room = room.saturating_sub(own);
-            let [message, advice] = warning;
+            let (message, advice) = (&warning.message, &warning.advice);
             let joined = format!("{message} -> {advice}");
             let reserved: usize = later.iter().map(message_lines).sum();
             let needed = lines(Tone::Help, advice) + reserved;
@@ -235,13 +220,16 @@ fn set(messages: &[(Tone, String)], width: usize) -> String {
 impl Part {
     fn text(&self, width: usize) -> String {
         match self {
-            Part::Line { name, value } => {
+            Part::Line(name, value) => {
                 let mut lines = Lines::new(width);
                 lines.line(name, value);
                 lines.text
             }
-            Part::Rows(rows) => table::text(rows, width),
-            Part::Paragraph(text) => paragraphs(std::slice::from_ref(text), width),
+            Part::Rows(rows) if rows.is_fact || rows.title.is_empty() => table::text(rows, width),
+            Part::Rows(rows) => {
+                let title = paragraphs(std::slice::from_ref(&rows.title), width);
+                title + &table::text(rows, width)
+            }
         }
     }
 
@@ -299,19 +287,15 @@ mod tests {
     fn a_dozen_lines_hold_the_answer_and_the_first_of_each_kind() {
         let said = plain(&long().cut(80));
         assert!(said.starts_with("run.npz: it is so\nfact 0"), "{said}");
-        assert!(
-            said.ends_with("\nopen page\n") && !said.contains("detail"),
-            "{said}"
-        );
+        let is_cut = said.ends_with("\nopen page\n") && !said.contains("detail");
+        assert!(is_cut, "{said}");
         assert_eq!(said.lines().count(), MOST_LINES);
-        assert!(
-            said.contains("\nwarning: finding 0 -> what to do\n"),
-            "{said}"
-        );
-        assert!(
-            said.contains("\nnote: 5 more warnings: --verbose\n"),
-            "{said}"
-        );
+        for line in [
+            "warning: finding 0 -> what to do",
+            "note: 5 more warnings: --verbose",
+        ] {
+            assert!(said.contains(&format!("\n{line}\n")), "{said}");
+        }
         let all = plain(&long().whole(80));
         assert_eq!(all.lines().count(), 42 + 18, "{all}");
     }

@@ -2,34 +2,29 @@
 
 use std::time::Instant;
 
-use wavecascade::Error;
 use wavecascade::plot::Style;
 use wavecascade::report::{Provenance, sheet_html, sweep_snippet, write_beside};
-use wavecascade::sheet::Describe;
 use wavecascade::sweep::{Part, Sweep, Swept, read};
 
 use crate::chain_args::SweepCommand;
-use crate::described::subject_of;
-use crate::failure::Failure;
+use crate::prelude::*;
 use crate::present::open_page;
 use crate::scene::{named_like, source_of};
-use crate::summary::Summary;
 use crate::terminal::print_json;
 use crate::words::as_text;
 
 /// Runs the command.
 pub fn run(typed: SweepCommand) -> Result<(), Failure> {
     let started = Instant::now();
-    let progress = typed.how.begin()?;
-    let out = typed
-        .out
-        .clone()
-        .unwrap_or_else(|| named_like(typed.scene.as_deref(), "chains", "-sweep"));
+    let progress = Progress::new(!typed.how.quiet);
+    let named = || named_like(typed.scene.as_deref(), "chains", "-sweep");
+    let out = typed.out.clone().unwrap_or_else(named);
     let standing = if typed.merge.is_empty() {
         let source = source_of(None, typed.scene.as_deref())?;
         let sweep = Sweep::new(source.with(typed.keys.settings.clone()), &typed.varied())?;
         progress.begin_writing();
-        let standing = sweep.run(&out, typed.part.unwrap_or(Part::WHOLE), &progress);
+        let part = typed.part.unwrap_or(Part::WHOLE);
+        let standing = on_threads(typed.how.threads, || sweep.run(&out, part, &progress));
         progress.clear();
         standing?
     } else {
@@ -59,13 +54,9 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
         print_json(&standing)?;
     } else if !typed.how.quiet {
         let mut summary = Summary::of(&subject, &sheet);
-        let text = format!(
-            "{} of {} run, {} of them now in {:.2} s",
-            standing.known,
-            standing.members,
-            standing.computed,
-            started.elapsed().as_secs_f64()
-        );
+        let (known, members, computed) = (standing.known, standing.members, standing.computed);
+        let seconds = started.elapsed().as_secs_f64();
+        let text = format!("{known} of {members} run, {computed} of them now in {seconds:.2} s");
         summary.line(false, "members", &text);
         summary.last(&match &standing.table {
             Some(table) => {
@@ -77,7 +68,7 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
                 out.display()
             ),
         });
-        summary.print(typed.how.detail.verbose)?;
+        summary.print(typed.how.verbose)?;
     }
     if let Some(table) = standing.table.as_ref().filter(|_| typed.open) {
         open_page(&table.with_file_name("report.html"));

@@ -68,10 +68,8 @@ fn blocks(widths: &[usize], width: usize) -> Vec<Vec<usize>> {
             used = widths[0];
         }
         used += needed;
-        blocks
-            .last_mut()
-            .into_iter()
-            .for_each(|block| block.push(column));
+        let block = blocks.last_mut();
+        block.into_iter().for_each(|block| block.push(column));
     }
     blocks
 }
@@ -91,26 +89,16 @@ mod tests {
             ["order", "ratio", "error", "speed"],
             ["1", "2.5", "0.1", "3"],
         );
-        for (width, expected) in [
-            (
-                80,
-                "order  ratio  error  speed\n1        2.5    0.1      3\n",
-            ),
-            (
-                20,
-                "order  ratio  error\n1        2.5    0.1\n\norder  speed\n1          3\n",
-            ),
-        ] {
-            assert_eq!(plain(&head, &row, width), expected);
-        }
+        let whole = "order  ratio  error  speed\n1        2.5    0.1      3\n";
+        assert_eq!(plain(&head, &row, 80), whole);
+        let in_two = "order  ratio  error\n1        2.5    0.1\n\norder  speed\n1          3\n";
+        assert_eq!(plain(&head, &row, 20), in_two);
         // A long first column is wrapped, and an empty one left out.
-        assert_eq!(
-            plain(
-                &["", "first", ""],
-                &["share passed from low to high k", "0.25", ""],
-                30
-            ),
-            "              first\nshare passed\nfrom low to\nhigh k         0.25\n"
+        let (head, row) = (
+            ["", "first", ""],
+            ["share passed from low to high k", "0.25", ""],
         );
+        let wrapped = "              first\nshare passed\nfrom low to\nhigh k         0.25\n";
+        assert_eq!(plain(&head, &row, 30), wrapped);
     }
 }

@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use wavecascade::analyze::Plan;
+use wavecascade::sheet::Warning;
 pub use wavecascade::sheet::{error_size, number};
 
 use crate::failure::Failure;
@@ -16,45 +17,40 @@ pub fn plan(plan: &Plan, width: usize) -> String {
             0 => "no transforms".into(),
             n => format!("{n} transforms of length {}", stage.length),
         };
-        lines.line(
-            stage.stage,
-            &format!(
-                "{transforms}, {} read, {} written",
-                size(stage.bytes_read),
-                size(stage.bytes_written)
-            ),
-        );
+        let [read, written] = [stage.bytes_read, stage.bytes_written].map(size);
+        let text = format!("{transforms}, {read} read, {written} written");
+        lines.line(stage.stage, &text);
     }
     for (array, (rows, columns)) in &plan.arrays {
-        let [along, across] = array.axes();
-        let axes = format!("{along} x {across}");
-        lines.line(
-            "array",
-            &format!("{} {rows} x {columns} ({axes})", array.name()),
-        );
+        let ([along, across], name) = (array.axes(), array.name());
+        let text = format!("{name} {rows} x {columns} ({along} x {across})");
+        lines.line("array", &text);
     }
-    let blocks = plan.blocks();
-    lines.line(
-        "blocks",
-        &format!(
-            "{} sites, {} times, {} frequencies at once",
-            blocks.sites, blocks.times, blocks.frequencies
-        ),
+    let (at, once) = (plan.blocks(), "frequencies at once");
+    let text = format!(
+        "{} sites, {} times, {} {once}",
+        at.sites, at.times, at.frequencies
     );
+    lines.line("blocks", &text);
     let scratch = match plan.scratch_file {
         0 => String::new(),
         bytes => format!(", and a scratch file of {}", size(bytes)),
     };
-    lines.line(
-        "memory",
-        &format!(
-            "{} of {} allowed{scratch}",
-            size(plan.memory_needed),
-            size(plan.memory_allowed)
-        ),
-    );
+    let [needed, allowed] = [plan.memory_needed, plan.memory_allowed].map(size);
+    let text = format!("{needed} of {allowed} allowed{scratch}");
+    lines.line("memory", &text);
     lines.line("threads", &plan.threads.to_string());
     lines.text
+}
+
+/// Prints warnings to standard error, with what to do.
+pub fn warn(warnings: &[Warning]) {
+    for warning in warnings {
+        message(Tone::Warning, &warning.message);
+        if !warning.advice.is_empty() {
+            message(Tone::Help, &warning.advice);
+        }
+    }
 }
 
 /// Prints a value as JSON on standard output.

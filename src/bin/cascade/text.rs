@@ -204,11 +204,8 @@ mod tests {
         let expected = "warning            one two three four\n                   12 % of it\n";
         assert_eq!(plain(&lines.text), expected);
         lines.line("", "a-word-that-is-longer-than-the-line");
-        assert!(
-            lines
-                .text
-                .ends_with("                   a-word-that-is-longer-than-the-line\n")
-        );
+        let last = "                   a-word-that-is-longer-than-the-line\n";
+        assert!(lines.text.ends_with(last));
     }
 
     #[test]

@@ -1,15 +1,10 @@
 //! `cascade triads`: which wavenumbers feed which, where the law is quadratic.
 
 use std::ops::Range;
-use std::path::PathBuf;
 
-use clap::Args;
-use wavecascade::Error;
 use wavecascade::budget::{Motion, TriadsRequest, chain_triads};
-use wavecascade::observer::Observer;
 
-use crate::described::{About, Describing, Found, Given, ResultArgs};
-use crate::parse;
+use crate::prelude::*;
 use crate::view_args::request_of;
 
 /// What `cascade triads` takes.

@@ -2,15 +2,12 @@
 
 use std::ops::Range;
 
-use clap::{Args, ValueEnum};
-use wavecascade::Error;
+use clap::ValueEnum;
 use wavecascade::budget::{Budget, BudgetRequest, BudgetUnits, Filter, Integration, Views};
 use wavecascade::chain::scene::{Setup, Units};
 use wavecascade::measure::{Frequency, Length, Measure, Wavenumber};
 
-use crate::args::choice;
-use crate::parse;
-use crate::show_args::AxisUnits;
+use crate::prelude::*;
 
 /// Options of the budgets.
 #[derive(Debug, Clone, Args)]
@@ -39,13 +36,11 @@ pub struct ViewArgs {
     pub map_scale: Option<Measure<Length>>,
     /// Upper edge of the low band, in cycles per unit of time, or with its unit (2kHz) [default: bounds 90 % of the
     /// energy of the first contact's force].
-    #[arg(long, value_name = "FREQUENCY", value_parser = parse::origin::<Frequency>,
-          allow_negative_numbers = true)]
+    #[arg(long, value_name = "FREQUENCY", value_parser = parse::origin::<Frequency>)]
     pub band_edge_frequency: Option<Measure<Frequency>>,
     /// Upper edge of the low band, in rad per unit of length, or with its unit (50rad/m) [default: bounds 90 % of the
     /// energy at the first sample with energy].
-    #[arg(long, value_name = "WAVENUMBER", value_parser = parse::origin::<Wavenumber>,
-          allow_negative_numbers = true)]
+    #[arg(long, value_name = "WAVENUMBER", value_parser = parse::origin::<Wavenumber>)]
     pub band_edge_wavenumber: Option<Measure<Wavenumber>>,
     /// Pairs of contacts between which each band's gain and the energy left behind are reported,
     /// besides the first, the middle and the last.
@@ -71,11 +66,11 @@ pub enum ViewArg {
 
 choice!(FilterArg => Filter {
     /// sigma = l / sqrt(12).
-    Gaussian => Self::Gaussian,
+    Gaussian,
     /// Equal weights over l.
-    Box => Self::Box,
+    Box,
     /// Cut off at k = 2 pi / l; periodic chains only.
-    Sharp => Self::Sharp,
+    Sharp,
 });
 
 impl ViewArgs {
@@ -93,11 +88,8 @@ impl ViewArgs {
         self.band_edge_frequency = self.band_edge_frequency.or(over_f.map(Measure::new));
         let over_k = found.wavenumber.as_ref().and_then(|found| edge(found.edge));
         self.band_edge_wavenumber = self.band_edge_wavenumber.or(over_k.map(Measure::new));
-        let mapped = found
-            .scales
-            .as_ref()
-            .map(|found| Measure::new(found.map_scale));
-        self.map_scale = self.map_scale.or(mapped);
+        let mapped = found.scales.as_ref().map(|found| found.map_scale);
+        self.map_scale = self.map_scale.or(mapped.map(Measure::new));
     }
 
     /// The choices typed over `base`.
@@ -115,6 +107,8 @@ impl ViewArgs {
             length: base.units.length.as_deref(),
             samples: None,
         };
+        let edge = self.band_edge_wavenumber;
+        let band_edge_wavenumber = units.stated("band-edge-wavenumber", edge)?;
         let scales = self.scales.iter();
         let scales = scales.map(|scale| units.number("scales", *scale));
         let only = |view| self.only.is_empty() || self.only.contains(&view);
@@ -134,8 +128,7 @@ impl ViewArgs {
             scales: scales.collect::<Result<_, _>>()?,
             map_scale: units.stated("map-scale", self.map_scale)?,
             band_edge_frequency: units.stated("band-edge-frequency", self.band_edge_frequency)?,
-            band_edge_wavenumber: units
-                .stated("band-edge-wavenumber", self.band_edge_wavenumber)?,
+            band_edge_wavenumber,
             window,
             between: self.between.clone(),
             integration: match self.from_samples {

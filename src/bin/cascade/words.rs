@@ -47,6 +47,27 @@ fn joined(words: Vec<OsString>, is_file: impl Fn(&str) -> bool) -> Vec<OsString>
     all
 }
 
+/// The words with a negative number as the value of the option before it: `--t0 -3ms` as `--t0=-3ms`.
+pub fn with_values(words: Vec<OsString>) -> Vec<OsString> {
+    let is_value = |word: &str| {
+        let number = word.strip_prefix('-').unwrap_or_default();
+        number.starts_with(|c: char| "0123456789.i".contains(c))
+    };
+    let is_option = |word: &str| word.len() > 2 && word.starts_with("--") && !word.contains('=');
+    let mut all: Vec<OsString> = Vec::new();
+    for word in words {
+        let of_option = |last: &&mut OsString| last.to_str().is_some_and(is_option);
+        match all.last_mut().filter(of_option) {
+            Some(option) if word.to_str().is_some_and(is_value) => {
+                option.push("=");
+                option.push(word);
+            }
+            _ => all.push(word),
+        }
+    }
+    all
+}
+
 fn is_unit(name: &str) -> bool {
     use wavecascade::measure as m;
     m::size::<m::Time>(name)

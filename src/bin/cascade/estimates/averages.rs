@@ -1,11 +1,9 @@
 //! Options of averages over realisations, which several estimates take.
 
-use clap::{ArgGroup, Args};
+use clap::ArgGroup;
 use wavecascade::estimates::{Averaging, SIGNIFICANCE, Tapers};
-use wavecascade::prepare::Window;
 
-use crate::args::{DetrendArg, GapsArg};
-use crate::parse;
+use super::*;
 
 /// Options of averages that belong to the parts of a result, and not to what makes it of them.
 const OF_PARTS: &str = "segment overlap window multitaper detrend gaps significance";

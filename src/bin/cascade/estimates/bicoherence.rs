@@ -1,17 +1,14 @@
 //! `cascade bicoherence`: coupling of three frequencies, and on request the transfer between two sites.
 
-use clap::Args;
 use std::ops::Range;
-use wavecascade::estimates::{Bicoherence, BicoherenceRequest, Transfer, bicoherence, transfer};
-use wavecascade::observer::Observer;
-use wavecascade::sheet::{Describe, PlotRow, Sheet};
-use wavecascade::{Error, Field};
 
-use crate::described::{self, About, Describing, Given};
-use crate::estimates::EstimateArgs;
-use crate::estimates::averages::SegmentArgs;
-use crate::estimates::transfer::TransferArgs;
-use crate::parse;
+use wavecascade::estimates::{
+    Bicoherence, BicoherenceRequest, Transfer, TransferRequest, bicoherence, transfer,
+};
+use wavecascade::measure::{Frequency, Measure};
+use wavecascade::sheet::{PlotRow, Sheet};
+
+use super::*;
 
 /// What `cascade bicoherence` takes.
 #[derive(Debug, Args)]
@@ -40,24 +37,47 @@ pub struct BicoherenceArgs {
     pub estimate: EstimateArgs,
 }
 
+/// Which transfer is fitted.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Transfer")]
+pub struct TransferArgs {
+    /// Fit the linear and the quadratic transfer from `--site` to this site as well.
+    #[arg(long, value_name = "SITE")]
+    pub transfer: Option<usize>,
+
+    /// Take the record of that site so many samples later: the time that waves need from one to the other.
+    #[arg(
+        long,
+        value_name = "SAMPLES",
+        default_value_t = 0,
+        requires = "transfer"
+    )]
+    pub lag: usize,
+
+    /// Frequency up to which there are terms, in cycles per unit of time, or with its unit (2kHz) [default: all below
+    /// Nyquist].
+    #[arg(long, value_name = "FREQUENCY", value_parser = parse::step::<Frequency>, requires = "transfer")]
+    pub highest: Option<Measure<Frequency>>,
+
+    /// How often realisations are drawn anew for the errors.
+    #[arg(long, value_name = "N", default_value_t = TransferRequest::default().resamplings, requires = "transfer")]
+    pub resamplings: usize,
+}
+
 /// What was found.
-struct Found {
+struct Coupled {
     bicoherence: Bicoherence,
     transfer: Option<Transfer>,
 }
 
-impl Describing for BicoherenceArgs {
-    fn about(&self) -> About<'_> {
-        self.estimate.about("bicoherence")
-    }
-
-    fn find(&self, given: Given, observer: &dyn Observer) -> Result<described::Found, Error> {
+impl Estimate for BicoherenceArgs {
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
         let first = given.fields.first().copied();
-        let of_transfer = self.transfer.request(self, first)?;
+        let of_transfer = self.of_transfer(first)?;
         let request = self.request(first.map_or(0, Field::n_sites));
         let bicoherence = bicoherence(given.fields, &request, observer)?;
         let transfer = of_transfer.map(|request| transfer(given.fields, &request, observer));
-        Ok(described::Found::of(Found {
+        Ok(Found::of(Coupled {
             bicoherence,
             transfer: transfer.transpose()?,
         }))
@@ -65,6 +85,25 @@ impl Describing for BicoherenceArgs {
 }
 
 impl BicoherenceArgs {
+    /// The transfer that is requested beside it, of a field.
+    fn of_transfer(&self, field: Option<&Field>) -> Result<Option<TransferRequest>, Error> {
+        let units = field.map(AxisUnits::of).unwrap_or_default();
+        let typed = &self.transfer;
+        let highest = units.stated("highest", typed.highest)?;
+        Ok(typed.transfer.map(|to| TransferRequest {
+            from: self.site,
+            to,
+            lag: typed.lag,
+            highest,
+            averaging: self.averages.averaging(),
+            gaps: self.averages.gaps.into(),
+            alpha: self.averages.significance,
+            resamplings: typed.resamplings,
+            threads: self.estimate.threads(),
+            memory: self.estimate.memory,
+        }))
+    }
+
     fn request(&self, n_sites: usize) -> BicoherenceRequest {
         let along = self.along.clone().unwrap_or(0..n_sites);
         BicoherenceRequest {
@@ -83,7 +122,7 @@ impl BicoherenceArgs {
     }
 }
 
-impl Describe for Found {
+impl Describe for Coupled {
     fn describe(&self) -> Sheet<'_> {
         let mut sheet = self.bicoherence.describe();
         if let Some(transfer) = &self.transfer {

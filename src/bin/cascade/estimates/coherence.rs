@@ -1,14 +1,8 @@
 //! `cascade coherence`: all sites of a field against a reference.
 
-use clap::Args;
-use wavecascade::Error;
 use wavecascade::estimates::{CoherenceRequest, DividedRequest, coherence};
-use wavecascade::observer::Observer;
 
-use crate::described::{About, Describing, Found, Given};
-use crate::estimates::EstimateArgs;
-use crate::estimates::averages::AverageArgs;
-use crate::estimates::parts::{InParts, PartArgs};
+use super::*;
 
 /// What `cascade coherence` takes.
 #[derive(Debug, Args)]
@@ -32,11 +26,7 @@ pub struct Coherence {
     pub estimate: EstimateArgs,
 }
 
-impl Describing for Coherence {
-    fn about(&self) -> About<'_> {
-        self.estimate.about("coherence")
-    }
-
+impl Estimate for Coherence {
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
         Ok(Found::of(coherence(
             given.fields,
@@ -44,11 +34,9 @@ impl Describing for Coherence {
             observer,
         )?))
     }
-}
 
-impl InParts for Coherence {
-    fn parts(&self) -> (&PartArgs, &EstimateArgs) {
-        (&self.parts, &self.estimate)
+    fn parts(&self) -> Option<&PartArgs> {
+        Some(&self.parts)
     }
 
     fn divided(&self) -> Result<DividedRequest, Error> {

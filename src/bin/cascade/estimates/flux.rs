@@ -1,21 +1,15 @@
 //! `cascade flux`: flux of energy, and its loss.
 
-use clap::Args;
 use wavecascade::analyze::Constants;
 use wavecascade::chain::{NoBranches, UnitCell};
 use wavecascade::field::is_run_file;
 use wavecascade::flux::{FluxRequest, GroupVelocity, flux};
 use wavecascade::measure::{Length, LinearDensity, Measure, Speed, Time, size};
-use wavecascade::observer::Observer;
 use wavecascade::report::RunFile;
 use wavecascade::transform::Travelling;
-use wavecascade::{Error, Field};
 
-use crate::args::{GapsArg, choice};
-use crate::described::{About, Describing, Found, Given};
+use super::*;
 use crate::dispersion::read;
-use crate::estimates::EstimateArgs;
-use crate::parse;
 
 /// What `cascade flux` takes.
 #[derive(Debug, Args)]
@@ -49,17 +43,14 @@ pub struct Flux {
     pub estimate: EstimateArgs,
 }
 
-choice!(
-    /// `--towards`.
-    WayArg => Travelling {
-        /// Both ways.
-        Both => Travelling::Anywhere,
-        /// Towards +x alone.
-        PlusX => Travelling::TowardPlusX,
-        /// Towards -x alone.
-        MinusX => Travelling::TowardMinusX,
-    }
-);
+choice!(WayArg => Travelling {
+    /// Both ways.
+    Both => Travelling::Anywhere,
+    /// Towards +x alone.
+    PlusX => Travelling::TowardPlusX,
+    /// Towards -x alone.
+    MinusX => Travelling::TowardMinusX,
+});
 
 impl Flux {
     fn group_velocity(&self, field: Option<&Field>) -> Result<GroupVelocity, Error> {
@@ -86,11 +77,7 @@ impl Flux {
     }
 }
 
-impl Describing for Flux {
-    fn about(&self) -> About<'_> {
-        self.estimate.about("flux")
-    }
-
+impl Estimate for Flux {
     /// Runs in which any amplitude changes the speed of waves are refused.
     fn check(&self) -> Result<(), Error> {
         for path in self.estimate.fields.iter().filter(|path| path.is_file()) {

@@ -1,13 +1,8 @@
 //! `cascade increments`: structure functions and intermittency.
 
-use clap::Args;
-use wavecascade::Error;
 use wavecascade::estimates::{IncrementsRequest, SIGNIFICANCE, increments};
-use wavecascade::observer::Observer;
 
-use crate::described::{About, Describing, Found, Given};
-use crate::estimates::EstimateArgs;
-use crate::parse;
+use super::*;
 
 /// What `cascade increments` takes.
 #[derive(Debug, Args)]
@@ -35,11 +30,7 @@ pub struct Increments {
     pub estimate: EstimateArgs,
 }
 
-impl Describing for Increments {
-    fn about(&self) -> About<'_> {
-        self.estimate.about("increments")
-    }
-
+impl Estimate for Increments {
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
         let request = IncrementsRequest {
             separations: self.separations.clone(),

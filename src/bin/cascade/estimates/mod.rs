@@ -10,21 +10,15 @@ pub mod parts;
 pub mod ridges;
 pub mod slope;
 pub mod spectrum;
-pub mod transfer;
 
-use std::path::PathBuf;
+use clap::Subcommand;
+use wavecascade::estimates::DividedRequest;
+use wavecascade::prepare::{Examined, Window, channel_findings};
 
-use clap::{Args, Subcommand};
-use wavecascade::Error;
-use wavecascade::observer::Observer;
-use wavecascade::prepare::{Examined, channel_findings};
-
-use crate::args::Input;
-use crate::described::{self, About, Describing, Found, Given, Reading, ResultArgs};
-use crate::failure::Failure;
-use crate::parse;
-
-use parts::InParts;
+use crate::args::{DetrendArg, GapsArg};
+use crate::prelude::*;
+use averages::{AverageArgs, SegmentArgs};
+use parts::PartArgs;
 
 /// The commands on estimates of fields.
 #[derive(Debug, Subcommand)]
@@ -105,72 +99,90 @@ pub struct EstimateArgs {
 }
 
 impl EstimateArgs {
-    /// Of the command of this name.
-    pub fn about(&self, name: &'static str) -> About<'_> {
-        About {
-            reading: Some(self.reading()),
-            arrays: Some(name),
-            ..About::of(name, &self.result.how, &self.fields, "npy")
-        }
-    }
-
     /// Worker threads; `None`: one a core.
-    pub fn threads(&self) -> Option<usize> {
+    fn threads(&self) -> Option<usize> {
         self.result.how.threads
     }
 
     pub fn reading(&self) -> Reading<'_> {
-        Reading {
-            input: &self.input,
-            memory: self.memory,
-        }
+        Reading::of(&self.input, self.memory)
+    }
+}
+
+/// What is typed of an estimate.
+pub trait Estimate: Sync {
+    /// That the options fit each other, before any work.
+    fn check(&self) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Makes the result.
+    fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error>;
+
+    /// Of one that can be summed in parts, which of them are typed.
+    fn parts(&self) -> Option<&PartArgs> {
+        None
+    }
+
+    /// What is summed of it.
+    ///
+    /// # Errors
+    /// For options that contradict themselves, and estimates without parts.
+    fn divided(&self) -> Result<DividedRequest, Error> {
+        let expected = "spectrum or coherence";
+        Err(Error::request("estimate", expected, "another command"))
     }
 }
 
 impl EstimateCommand {
     /// The one place that lists the types of arguments.
-    fn typed(&self) -> (&dyn Describing, &EstimateArgs) {
+    pub fn typed(&self) -> (&'static str, &dyn Estimate, &EstimateArgs) {
+        use EstimateCommand::*;
         match self {
-            EstimateCommand::Bicoherence(typed) => (&**typed, &typed.estimate),
-            EstimateCommand::Coherence(typed) => (&**typed, &typed.estimate),
-            EstimateCommand::Flux(typed) => (&**typed, &typed.estimate),
-            EstimateCommand::Increments(typed) => (&**typed, &typed.estimate),
-            EstimateCommand::Modes(typed) => (&**typed, &typed.estimate),
-            EstimateCommand::Ridges(typed) => (&**typed, &typed.estimate),
-            EstimateCommand::Slope(typed) => (&**typed, &typed.estimate),
-            EstimateCommand::Spectrum(typed) => (&**typed, &typed.estimate),
-        }
-    }
-
-    /// Those that are summed in parts.
-    pub fn in_parts(&self) -> Option<&dyn InParts> {
-        match self {
-            EstimateCommand::Coherence(typed) => Some(&**typed),
-            EstimateCommand::Spectrum(typed) => Some(&**typed),
-            _ => None,
+            Bicoherence(typed) => ("bicoherence", &**typed, &typed.estimate),
+            Coherence(typed) => ("coherence", &**typed, &typed.estimate),
+            Flux(typed) => ("flux", &**typed, &typed.estimate),
+            Increments(typed) => ("increments", &**typed, &typed.estimate),
+            Modes(typed) => ("modes", &**typed, &typed.estimate),
+            Ridges(typed) => ("ridges", &**typed, &typed.estimate),
+            Slope(typed) => ("slope", &**typed, &typed.estimate),
+            Spectrum(typed) => ("spectrum", &**typed, &typed.estimate),
         }
     }
 
     /// Runs the command, or a part of it.
     pub fn run(&self) -> Result<(), Failure> {
-        let in_parts = self.in_parts().and_then(parts::run);
-        in_parts.unwrap_or_else(|| described::run(self, &self.typed().1.result))
+        let (_, estimate, shared) = self.typed();
+        match estimate.parts() {
+            Some(parts) if !parts.merge.is_empty() => {
+                run(&parts::Merge(self, parts), &shared.result)
+            }
+            Some(PartArgs {
+                part: Some(part), ..
+            }) => parts::write(self, *part),
+            _ => run(self, &shared.result),
+        }
     }
 }
 
 impl Describing for EstimateCommand {
     fn about(&self) -> About<'_> {
-        self.typed().0.about()
+        let (name, _, shared) = self.typed();
+        About {
+            reading: Some(shared.reading()),
+            arrays: Some(name),
+            ..About::of(name, &shared.result.how, &shared.fields, "npy")
+        }
     }
 
     fn check(&self) -> Result<(), Error> {
-        self.typed().0.check()
+        self.typed().1.check()
     }
 
     /// With what is wrong with the channels of the first field.
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
         let first = given.fields.first().copied();
-        let found = self.typed().0.find(given, observer)?;
+        let found = self.typed().1.find(given, observer)?;
         let channels = first.map(|field| channel_findings(field, observer));
         let examined = Examined {
             found: found.result,

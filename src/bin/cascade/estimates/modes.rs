@@ -1,13 +1,8 @@
 //! `cascade modes`: motions that are coherent along x, by frequency.
 
-use clap::Args;
-use wavecascade::Error;
 use wavecascade::estimates::{ModesRequest, modes};
-use wavecascade::observer::Observer;
 
-use crate::described::{About, Describing, Found, Given};
-use crate::estimates::EstimateArgs;
-use crate::estimates::averages::AverageArgs;
+use super::*;
 
 /// What `cascade modes` takes.
 #[derive(Debug, Args)]
@@ -27,11 +22,7 @@ pub struct Modes {
     pub estimate: EstimateArgs,
 }
 
-impl Describing for Modes {
-    fn about(&self) -> About<'_> {
-        self.estimate.about("modes")
-    }
-
+impl Estimate for Modes {
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
         let request = ModesRequest {
             frequencies: self.frequencies.clone(),

@@ -1,25 +1,14 @@
 //! `--part` and `--merge`: an estimate summed in several processes.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
-
-use clap::Args;
-use wavecascade::Error;
-use wavecascade::estimates::{Combination, Combined, DividedRequest, Part, PartialAbout, partial};
+use wavecascade::estimates::{Combination, Combined, Part, PartialAbout, partial};
 use wavecascade::field::FileState;
 use wavecascade::report::{
     PARTIAL_SCHEMA, Provenance, ResultDirectory, read_partial, read_partial_about, write_partial,
 };
-use wavecascade::sheet::Describe;
 
+use super::*;
 use crate::analyze::named_after;
-use crate::described::{AnyResult, Described, Describing, open, subject_of};
-use crate::estimates::EstimateArgs;
-use crate::failure::Failure;
 use crate::fields::expanded;
-use crate::parse;
-use crate::summary::Summary;
-use crate::terminal;
 use crate::words;
 
 /// How an estimate is divided among processes.
@@ -41,17 +30,6 @@ pub struct PartArgs {
     pub merge: Vec<PathBuf>,
 }
 
-/// What is typed of an estimate that is summed in parts.
-pub trait InParts: Describing {
-    fn parts(&self) -> (&PartArgs, &EstimateArgs);
-
-    /// What is summed.
-    ///
-    /// # Errors
-    /// For options that contradict themselves.
-    fn divided(&self) -> Result<DividedRequest, Error>;
-}
-
 /// The archive of a partial result.
 const FILE: &str = "part.npz";
 
@@ -64,28 +42,22 @@ struct PartSummary<'a> {
     about: &'a PartialAbout,
 }
 
-/// Sums a part, or makes the result of all parts, where one of them is typed.
-pub fn run(typed: &dyn InParts) -> Option<Result<(), Failure>> {
-    let (PartArgs { part, merge: all }, _) = typed.parts();
-    match part {
-        _ if !all.is_empty() => Some(merge(typed, all)),
-        part => part.map(|part| write(typed, part)),
-    }
-}
-
 /// Sums a part, and writes it.
-fn write(typed: &dyn InParts, part: Part) -> Result<(), Failure> {
-    let (_, shared) = typed.parts();
+pub fn write(typed: &EstimateCommand, part: Part) -> Result<(), Failure> {
+    let (name, estimate, shared) = typed.typed();
     let result = &shared.result;
-    let progress = result.how.begin()?;
+    let progress = Progress::new(!result.how.quiet);
     let paths = expanded(&shared.fields)?;
-    let ending = format!("-{}-{}-of-{}", typed.about().name, part.number, part.of);
+    let ending = format!("-{}-{}-of-{}", name, part.number, part.of);
     let out = result.out.clone();
     let out = out.unwrap_or_else(|| named_after(&paths[0], "npy", &ending));
     drop(ResultDirectory::create(&out, result.force)?);
-    let fields = open(&paths, shared.reading(), false, result.how.quiet)?;
+    let (fields, _) = open(&paths, shared.reading(), false, result.how.quiet, &progress)?;
     let all: Vec<_> = fields.iter().collect();
-    let sums = partial(&all, &typed.divided()?, part, &progress);
+    let request = estimate.divided()?;
+    let sums = on_threads(result.how.threads, || {
+        partial(&all, &request, part, &progress)
+    });
     let sums = sums.map_err(|error| error.of_file(&paths[0]))?;
     let opened: Vec<FileState> = all.iter().filter_map(|field| field.file_state()).collect();
     drop(fields);
@@ -114,7 +86,7 @@ fn write(typed: &dyn InParts, part: Part) -> Result<(), Failure> {
         );
         let mut summary = Summary::new(&subject_of(&paths), &answer);
         summary.last(&format!("wrote {}", published.join(FILE).display()));
-        summary.print(result.how.detail.verbose)?;
+        summary.print(result.how.verbose)?;
     }
     Ok(())
 }
@@ -135,44 +107,46 @@ pub fn any(combined: Combined) -> AnyResult {
     }
 }
 
-/// Makes the result of all parts in the memory allowed.
-fn merge(typed: &dyn InParts, directories: &[PathBuf]) -> Result<(), Failure> {
-    let (name, (_, shared)) = (typed.about().name, typed.parts());
-    let result = &shared.result;
-    let drawing = result.figures.drawing(None)?;
-    let progress = result.how.begin()?;
-    let Some(out) = &result.out else {
-        return Ok(());
-    };
-    drop(ResultDirectory::create(out, result.force)?);
-    let about = |directory: &PathBuf| -> Result<(String, PartialAbout), Error> {
-        let about = read_partial_about(&file(directory))?;
-        Ok((directory.display().to_string(), about))
-    };
-    let parts: Result<Vec<_>, Error> = directories.iter().map(about).collect();
-    let parts = parts?;
-    let fields = parts[0].1.fields.clone();
-    let (mut combination, order) = Combination::new(parts, shared.memory)?;
-    for at in order {
-        progress.check()?;
-        combination.add(&read_partial(&file(&directories[at]))?)?;
+/// The result of all parts, in the memory allowed.
+pub struct Merge<'a>(pub &'a EstimateCommand, pub &'a PartArgs);
+
+impl Describing for Merge<'_> {
+    fn about(&self) -> About<'_> {
+        About {
+            files: Vec::new(),
+            reading: None,
+            ..self.0.about()
+        }
     }
-    let found = any(combination.finish()?);
-    let sheet = found.describe();
-    if sheet.name != name {
-        let expected = format!("parts of `cascade {name}`");
-        return Err(Error::request("merge", expected, "those of another command").into());
+
+    fn find(&self, _: Given, observer: &dyn Observer) -> Result<Found, Error> {
+        let (Merge(typed, parts), memory) = (self, self.0.typed().2.memory);
+        let about = |directory: &PathBuf| -> Result<(String, PartialAbout), Error> {
+            let about = read_partial_about(&file(directory))?;
+            Ok((directory.display().to_string(), about))
+        };
+        let all: Result<Vec<_>, Error> = parts.merge.iter().map(about).collect();
+        let all = all?;
+        let fields = all[0].1.fields.clone();
+        let (mut combination, order) = Combination::new(all, memory)?;
+        for at in order {
+            if observer.cancelled() {
+                return Err(Error::Cancelled);
+            }
+            combination.add(&read_partial(&file(&parts.merge[at]))?)?;
+        }
+        let found = any(combination.finish()?);
+        let name = typed.typed().0;
+        let (is_its, expected) = (
+            found.describe().name == name,
+            format!("parts of `cascade {name}`"),
+        );
+        Error::require(is_its, "merge", expected, "those of another command")?;
+        let files: Vec<PathBuf> = fields.iter().map(PathBuf::from).collect();
+        Ok(Found {
+            name: Some(subject_of(&files)),
+            input: Some(fields.join(", ")),
+            ..Found::of(found)
+        })
     }
-    let described = Described {
-        found: &*found,
-        sheet: &sheet,
-        name: fields.first().map_or("field", String::as_str),
-        provenance: &Provenance::new(words::as_text(), Some(fields.join(", ")), None),
-    };
-    let files: Vec<PathBuf> = fields.iter().map(PathBuf::from).collect();
-    let directory = ResultDirectory::create(out, result.force)?;
-    let place = (directory, name);
-    let main = described.publish(place, None, &drawing, &progress, &|_| Ok(()))?;
-    described.tell(&subject_of(&files), &result.how, Some(&main))?;
-    drawing.present(&main)
 }

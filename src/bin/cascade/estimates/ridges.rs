@@ -1,15 +1,8 @@
 //! `cascade ridges`: dispersion read off S(k, f).
 
-use clap::Args;
-use wavecascade::Error;
-use wavecascade::observer::Observer;
-use wavecascade::prepare::Window;
 use wavecascade::ridges::{RidgeCut, RidgeLaw, RidgesRequest, ridges};
 
-use crate::args::{DetrendArg, GapsArg, choice};
-use crate::described::{About, Describing, Found, Given};
-use crate::estimates::EstimateArgs;
-use crate::parse;
+use super::*;
 
 /// What `cascade ridges` takes.
 #[derive(Debug, Args)]
@@ -63,17 +56,14 @@ pub struct SearchArgs {
     pub significance: f64,
 }
 
-choice!(
-    /// `--cut`.
-    CutArg => Option<RidgeCut> {
-        /// Both, each where it is sharper; without a window along space, at each wavenumber.
-        Auto => None,
-        /// At each frequency, along k.
-        Frequency => Some(RidgeCut::Frequency),
-        /// At each wavenumber, along f.
-        Wavenumber => Some(RidgeCut::Wavenumber),
-    }
-);
+choice!(CutArg => Option<RidgeCut> {
+    /// Both, each where it is sharper; without a window along space, at each wavenumber.
+    Auto => None,
+    /// At each frequency, along k.
+    Frequency => Some(RidgeCut::Frequency),
+    /// At each wavenumber, along f.
+    Wavenumber => Some(RidgeCut::Wavenumber),
+});
 
 impl Ridges {
     fn laws(&self) -> Result<Vec<RidgeLaw>, Error> {
@@ -81,11 +71,7 @@ impl Ridges {
     }
 }
 
-impl Describing for Ridges {
-    fn about(&self) -> About<'_> {
-        self.estimate.about("ridges")
-    }
-
+impl Estimate for Ridges {
     fn check(&self) -> Result<(), Error> {
         self.laws().map(|_| ())
     }

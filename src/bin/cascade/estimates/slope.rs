@@ -1,16 +1,10 @@
 //! `cascade slope`: the power law of a spectrum over a band.
 
-use clap::Args;
-use wavecascade::Error;
 use wavecascade::estimates::{FieldAxis, SlopeRequest, slope};
 use wavecascade::measure::{Frequency, Wavenumber};
-use wavecascade::observer::Observer;
 
-use crate::args::choice;
-use crate::described::{About, Describing, Found, Given};
-use crate::estimates::EstimateArgs;
-use crate::estimates::averages::AverageArgs;
-use crate::show_args::{AxisUnits, ends};
+use super::*;
+use crate::show_args::ends;
 
 /// What `cascade slope` takes.
 #[derive(Debug, Args)]
@@ -35,13 +29,7 @@ pub struct Slope {
     pub estimate: EstimateArgs,
 }
 
-choice!(
-    /// An axis of the field.
-    AlongArg => FieldAxis {
-        Space => Self::Space,
-        Time => Self::Time,
-    }
-);
+choice!(AlongArg => FieldAxis { Space, Time });
 
 /// `FROM:TO`, of frequencies or of wavenumbers.
 fn band(text: &str) -> Result<String, String> {
@@ -59,27 +47,19 @@ impl Slope {
         match self.along {
             AlongArg::Space => {
                 let band = ends::<Wavenumber>(&self.band);
-                units.ends(
-                    "band",
-                    band.map_err(|_| refused("wavenumbers, or --along time"))?,
-                )
+                let band = band.map_err(|_| refused("wavenumbers, or --along time"))?;
+                units.ends("band", band)
             }
             AlongArg::Time => {
                 let band = ends::<Frequency>(&self.band);
-                units.ends(
-                    "band",
-                    band.map_err(|_| refused("frequencies, or --along space"))?,
-                )
+                let band = band.map_err(|_| refused("frequencies, or --along space"))?;
+                units.ends("band", band)
             }
         }
     }
 }
 
-impl Describing for Slope {
-    fn about(&self) -> About<'_> {
-        self.estimate.about("slope")
-    }
-
+impl Estimate for Slope {
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
         let units = given.fields.first().copied().map(AxisUnits::of);
         let request = SlopeRequest {

@@ -1,20 +1,11 @@
 //! `cascade spectrum`: power spectral densities of all sites, with intervals.
 
-use clap::Args;
-use wavecascade::Error;
 use wavecascade::estimates::{
     Averaging, DividedRequest, SpaceTimeRequest, SpectrumAxis, SpectrumRequest, Tapers, spacetime,
     spectrum,
 };
-use wavecascade::observer::Observer;
-use wavecascade::prepare::Window;
 
-use crate::args::choice;
-use crate::described::{About, Describing, Found, Given};
-use crate::estimates::EstimateArgs;
-use crate::estimates::averages::AverageArgs;
-use crate::estimates::parts::{InParts, PartArgs};
-use crate::parse;
+use super::*;
 
 /// What `cascade spectrum` takes.
 #[derive(Debug, Args)]
@@ -70,14 +61,11 @@ pub struct Spectrum {
     pub estimate: EstimateArgs,
 }
 
-choice!(
-    /// The axis of the records.
-    AlongArg => Option<SpectrumAxis> {
-        Time => Some(SpectrumAxis::Time),
-        Space => Some(SpectrumAxis::Space),
-        Both => None,
-    }
-);
+choice!(AlongArg => Option<SpectrumAxis> {
+    Time => Some(SpectrumAxis::Time),
+    Space => Some(SpectrumAxis::Space),
+    Both => None,
+});
 
 impl Spectrum {
     fn averaging(&self) -> Averaging {
@@ -125,21 +113,12 @@ impl Spectrum {
     }
 }
 
-impl Describing for Spectrum {
-    fn about(&self) -> About<'_> {
-        self.estimate.about("spectrum")
-    }
-
+impl Estimate for Spectrum {
     /// That spectra from which noise is subtracted are of one axis.
     fn check(&self) -> Result<(), Error> {
-        match self.subtract_noise && self.along == AlongArg::Both {
-            true => Err(Error::request(
-                "subtract-noise",
-                "it with spectra along one axis",
-                "`--along both`",
-            )),
-            false => Ok(()),
-        }
+        let is_of_one = !self.subtract_noise || self.along != AlongArg::Both;
+        let expected = "it with spectra along one axis";
+        Error::require(is_of_one, "subtract-noise", expected, "`--along both`")
     }
 
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
@@ -148,11 +127,9 @@ impl Describing for Spectrum {
             None => Found::of(spacetime(given.fields, &self.of_both(), observer)?),
         })
     }
-}
 
-impl InParts for Spectrum {
-    fn parts(&self) -> (&PartArgs, &EstimateArgs) {
-        (&self.parts, &self.estimate)
+    fn parts(&self) -> Option<&PartArgs> {
+        Some(&self.parts)
     }
 
     /// Parts have no jackknife, and one axis.
