@@ -88,26 +88,6 @@ fn inspection_and_conversion_show_what_is_taken_of_each_file() {
     }
 }
 
-#[test]
-fn uneven_times_are_refused_or_resampled() {
-    let place = Place::new();
-    let time = |n: usize| n as f64 + if n % 5 == 2 { 0.2 } else { 0.0 };
-    let wave = |n: usize, late: f64| (0.3 * time(n) - late).sin();
-    let row = |n: usize| format!("{},{},{}\n", time(n), wave(n, 0.0), wave(n, 1.0));
-    let rows: String = (0..64).map(row).collect();
-    place.write("v.csv", format!("time_s,a,b\n{rows}"));
-    place.refuses_for(1, "analyze v.csv", "--resample cubic");
-    for (method, is_doubtful) in [("time=linear", true), ("cubic", false)] {
-        place.says(&format!(
-            "analyze v.csv --resample {method} --out r --force"
-        ));
-        let summary = place.json("r/summary.json");
-        let warnings = summary["warnings"].as_array().unwrap();
-        let is_it = |warning: &Value| warning["code"] == "resampled";
-        assert_eq!(warnings.iter().any(is_it), is_doubtful, "{warnings:?}");
-    }
-}
-
 /// A scan of `tests/data` is converted, is the expected field, and its analysis is that of the converted field.
 fn converted(kind: &str, options: &str) {
     let expected: Value = serde_json::from_str(include_str!("../data/scan_files.json")).unwrap();

@@ -12,7 +12,6 @@ use wavecascade::estimates::{
 };
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Gaps};
-use wavecascade::report::PartialArrays;
 use wavecascade::{Error, Field};
 
 /// Noise with a slow swing and an offset, 11 sites of an odd number of samples.
@@ -186,24 +185,6 @@ fn regress_parts_of_filled_records_have_the_intervals_of_the_whole() {
     assert!(whole[0] > 10.0 && whole[0] < 340.0, "{whole:?}");
     for (a, b) in whole.into_iter().zip(joined) {
         assert!((a / b - 1.0).abs() < 0.25, "{a} {b}");
-    }
-}
-
-/// In little memory, with few threads.
-#[test]
-fn regress_blocks_and_threads_do_not_move_a_bit_of_parts() {
-    let fields = shots(2, 4001);
-    let fields: Vec<&Field> = fields.iter().collect();
-    let request = welch(64, 32);
-    let small = SpectrumRequest {
-        threads: Some(1),
-        memory: Some(2 << 20),
-        ..request.clone()
-    };
-    let [large, small] = [request, small].map(|of| parts_of(&fields, &of.into(), 5));
-    for (large, small) in large.iter().zip(small) {
-        let [large, small] = [large, &small].map(|part| PartialArrays::new(part).unwrap());
-        assert!(large.sums == small.sums);
     }
 }
 
