@@ -5,10 +5,8 @@ use std::fs;
 use ndarray::Array2;
 use test_support::fields::reading;
 use test_support::made::{open, pulse, savez, steps, values};
-use test_support::netcdf::{NetCdf, Values, Variable};
 use test_support::place::Place;
 use wavecascade::Field;
-use wavecascade::arrays::Precision;
 use wavecascade_formats::{Container, Format, Options};
 
 fn container(place: &Place, name: &str) -> Container {
@@ -100,43 +98,6 @@ fn regress_results_are_the_same_in_both_formats() {
         assert_eq!(found.attributes.text("scaling"), Some("density"));
         assert!(found.attributes.number("parseval_time").is_some());
     }
-}
-
-fn scan() -> NetCdf {
-    let list = |count: usize, step: f64| {
-        Values::Double((0..count).map(|i| 1.0 + i as f64 * step).collect())
-    };
-    let all = (0..5 * 3 * 4).map(|i| i as i16).collect();
-    NetCdf {
-        dimensions: vec![("time", 5), ("y", 3), ("x", 4)],
-        variables: vec![
-            Variable::new("time", &[0], list(5, 0.25)).text("units", "ms"),
-            Variable::new("y", &[1], list(3, 0.5)).text("units", "m"),
-            Variable::new("x", &[2], list(4, 0.125)).text("units", "m"),
-            Variable::new("velocity", &[0, 1, 2], Values::Short(all)).text("units", "mm/s"),
-        ],
-    }
-}
-
-/// With the options that choose the field, to every format.
-#[test]
-fn regress_a_field_goes_to_every_format() {
-    let place = Place::new();
-    place.write("scan.nc", scan().bytes());
-    let expected = Array2::from_shape_fn((4, 4), |(n, j)| (12 * (n + 1) + 4 + j) as f64);
-    for name in ["v.nc", "v.npz", "v.npy", "v.csv"] {
-        place.says(&format!(
-            "convert scan.nc {name} --at y=1.5 --select time=1.2: --quiet"
-        ));
-        let found = open(&place, name);
-        assert_eq!(values(&found), expected, "{name}");
-        let axes = [&found.time, &found.space].map(|axis| (axis.origin, axis.step));
-        assert_eq!(axes, [(1.25, 0.25), (1.0, 0.125)], "{name}");
-        let units = [&found.time.unit, &found.space.unit, &found.unit];
-        let units = units.map(|unit| unit.as_deref().unwrap_or_default());
-        assert_eq!(units, ["ms", "m", "mm/s"], "{name}");
-    }
-    assert_eq!(open(&place, "v.nc").precision(), Precision::F32);
 }
 
 /// A field that has to be decoded and is larger than the memory allowed.
