@@ -126,19 +126,3 @@ fn bands_that_end_before_they_begin_are_refused() {
         assert!(refused.is_err());
     }
 }
-
-#[test]
-fn any_number_of_threads_gives_the_same_bits() {
-    let values = noise((100, 33));
-    let band = Passband {
-        speed: Some((0.5, 3.0)),
-        ..Passband::default()
-    };
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build().unwrap().install(|| filtered(&values, &band))
-    };
-    let alone = on(1);
-    assert_eq!(on(2), alone);
-    assert_eq!(on(4), alone);
-}

@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use ndarray::{Array2, s};
 use serde::Deserialize;
 use test_support::changed;
-use test_support::fields::{Congruential, averaging, option};
+use test_support::fields::{Congruential, averaging};
 use wavecascade::Field;
 use wavecascade::estimates::{Averaging, Bicoherence, BicoherenceRequest, Tapers, bicoherence};
 use wavecascade::observer::Silent;
@@ -275,70 +275,6 @@ fn regress_one_transient_has_no_significance() {
     let shots = bicoherence(&[&field; 5], &request, &Silent).unwrap();
     assert_eq!(shots.independence.independent, Some(5.0));
     assert!((shots.cell_level().unwrap() - (1.0 - 0.05f64.powf(0.25))).abs() < 1e-15);
-}
-
-#[test]
-fn regress_what_is_refused() {
-    let steady = Field::from_array(Array2::from_shape_fn((400, 3), |(n, j)| {
-        ((n * n + j) as f64).sin()
-    }));
-    let base = request(32, 16);
-    let with = |change: &dyn Fn(&mut BicoherenceRequest)| {
-        let request = changed(base.clone(), change);
-        option(bicoherence(&[&steady], &request, &Silent).unwrap_err())
-    };
-    assert_eq!(with(&|r| r.site = 3), "site");
-    assert_eq!(with(&|r| r.output = Some(3)), "output");
-    assert_eq!(with(&|r| r.along = vec![0, 3]), "along");
-    assert_eq!(with(&|r| r.along = vec![1, 0]), "along");
-    assert_eq!(with(&|r| r.alpha = 1.0), "significance");
-    assert_eq!(with(&|r| r.averaging = averaging(401, 0)), "segment");
-    assert_eq!(with(&|r| r.averaging = averaging(400, 0)), "segment");
-    assert_eq!(with(&|r| r.averaging = averaging(5, 0)), "segment");
-    let tapers = Tapers::Slepian { nw: 4.0, count: 7 };
-    assert_eq!(with(&|r| r.averaging.tapers = tapers.clone()), "multitaper");
-}
-
-/// The same bits from any number of threads, in memory and in blocks, of one shot and of two.
-#[test]
-fn regress_threads_and_blocks_do_not_matter() {
-    let mut noise = Congruential(11);
-    let values = Array2::from_shape_fn((3000, 37), |_| noise.uniform());
-    let field = Field::from_array(values);
-    let of = |shots: usize, threads, memory| {
-        let request = BicoherenceRequest {
-            threads: Some(threads),
-            memory,
-            output: Some(5),
-            along: (0..37).step_by(3).collect(),
-            ..request(64, 32)
-        };
-        let found = bicoherence(&vec![&field; shots], &request, &Silent).unwrap();
-        let along = found.along;
-        let arrays = [
-            along.largest,
-            along.biphase,
-            along.summed,
-            along.summed_level,
-        ];
-        let all = found.map.bicoherence.into_iter().chain(found.map.biphase);
-        let all = all.chain(arrays.into_iter().flatten());
-        all.map(f64::to_bits).collect::<Vec<u64>>()
-    };
-    for shots in [1, 2] {
-        let expected = of(shots, 1, None);
-        for (threads, memory) in [
-            (2, None),
-            (5, None),
-            (1, Some(3_000_000)),
-            (2, Some(3_500_000)),
-        ] {
-            assert!(
-                of(shots, threads, memory) == expected,
-                "{shots} {threads} {memory:?}"
-            );
-        }
-    }
 }
 
 /// Amplitudes whose fourth powers would leave the range of numbers, or nearly so.

@@ -3,30 +3,26 @@
 
 use ndarray::{Array2, s};
 use serde::Deserialize;
-use test_support::fields::Congruential as Noise;
+use test_support::fields::{Congruential as Noise, averaging, stepped};
+use wavecascade::Field;
 use wavecascade::estimates::{Averaging, Coherence, CoherenceRequest, Tapers, coherence};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::Window;
-use wavecascade::{Error, Field};
 
 const DT: f64 = 0.25;
 
 fn field(values: Array2<f64>, dx: f64) -> Field {
-    let mut field = Field::from_array(values);
-    field.time.step = DT;
-    field.space.step = dx;
-    field
+    stepped(values, DT, dx)
 }
 
 fn found(field: &Field, request: &CoherenceRequest) -> Coherence {
     coherence(&[field], request, &Silent).unwrap()
 }
 
-fn segments(length: usize, overlap: usize) -> Averaging {
-    Averaging {
-        segment: Some(length),
-        overlap: Some(overlap),
-        ..Averaging::default()
+fn welch(segment: usize, overlap: usize) -> CoherenceRequest {
+    CoherenceRequest {
+        averaging: averaging(segment, overlap),
+        ..CoherenceRequest::default()
     }
 }
 
@@ -67,8 +63,8 @@ fn val_scipy_coherence_of_welch_and_of_tapers() {
     };
     let all = records();
     for (expected, averaging, times) in [
-        (&reference.welch, segments(128, 64), 1000),
-        (&reference.welch_96, segments(128, 96), 1000),
+        (&reference.welch, averaging(128, 64), 1000),
+        (&reference.welch_96, averaging(128, 96), 1000),
         (&reference.multitaper, tapers, 200),
     ] {
         let field = field(all.slice(s![..times, ..]).to_owned(), 1.0);
@@ -107,10 +103,7 @@ fn val_carter_levels_of_independent_noise() {
     for (length, overlap, within) in [(64, 0, 0.04), (64, 32, 0.04), (64, 48, 0.06)] {
         let mut noise = Noise(7);
         let values = Array2::from_shape_fn((1024, 400), |_| noise.gaussian());
-        let request = CoherenceRequest {
-            averaging: segments(length, overlap),
-            ..CoherenceRequest::default()
-        };
+        let request = welch(length, overlap);
         let found = found(&field(values, 1.0), &request);
         let cells = found.coherence.slice(s![2..31, 1..]);
         let mean = cells.mean().unwrap() * found.independence.effective;
@@ -150,10 +143,7 @@ fn val_delays_are_found_within_their_errors() {
         let late = (100.0 * (t as f64 - if j == 0 { 0.0 } else { delay(j) })).round();
         wave(late.rem_euclid(100.0 * n as f64) as usize) + noise[[t, j]]
     });
-    let request = CoherenceRequest {
-        averaging: segments(256, 128),
-        ..CoherenceRequest::default()
-    };
+    let request = welch(256, 128);
     let found = found(&field(values, 1.0), &request);
     let scores: Vec<f64> = (1..sites)
         .map(|j| {
@@ -191,7 +181,7 @@ fn val_phase_velocity_of_plane_waves() {
         });
         let request = CoherenceRequest {
             reference: 4,
-            averaging: segments(128, 64),
+            averaging: averaging(128, 64),
             ..CoherenceRequest::default()
         };
         let found = found(&field(values, dx), &request);
@@ -320,10 +310,7 @@ fn val_construction_phases_of_a_weak_coherence() {
         let others = row.iter_mut().skip(1);
         others.for_each(|v| *v = part.sqrt() * common + (1.0 - part).sqrt() * *v);
     }
-    let mut request = CoherenceRequest {
-        averaging: segments(64, 0),
-        ..CoherenceRequest::default()
-    };
+    let mut request = welch(64, 0);
     request.averaging.tapers = Tapers::Window(Window::None);
     let found = found(&field(values, 1.0), &request);
     let cells = found.phase.slice(s![1..32, 1..]);
@@ -442,10 +429,7 @@ fn regress_one_transient_has_no_significance() {
         // An offset is no steady motion.
         (-t * t).exp() - 0.8
     });
-    let request = CoherenceRequest {
-        averaging: segments(256, 128),
-        ..CoherenceRequest::default()
-    };
+    let request = welch(256, 128);
     let pulse = field(values, 1.0);
     let one = found(&pulse, &request);
     assert!(one.independence.is_transient());
@@ -459,76 +443,12 @@ fn regress_one_transient_has_no_significance() {
     assert!((shots.level().unwrap() - (1.0 - 0.05f64.powf(0.25))).abs() < 1e-15);
 }
 
-#[test]
-fn regress_what_is_refused() {
-    let steady = field(records(), 1.0);
-    let refused =
-        |request: &CoherenceRequest, fields: &[&Field]| match coherence(fields, request, &Silent) {
-            Err(Error::Request { option, .. }) => option,
-            other => panic!("{other:?}"),
-        };
-    let with = |change: &dyn Fn(&mut CoherenceRequest)| {
-        let mut request = CoherenceRequest::default();
-        change(&mut request);
-        refused(&request, &[&steady])
-    };
-    assert_eq!(with(&|r| r.reference = 3), "reference");
-    assert_eq!(with(&|r| r.averaging = segments(1001, 0)), "segment");
-    assert_eq!(with(&|r| r.averaging = segments(1000, 0)), "segment");
-    assert_eq!(with(&|r| r.averaging = segments(64, 64)), "overlap");
-    for (nw, count) in [(4.0, 8), (0.5, 1)] {
-        let found = with(&|r| r.averaging.tapers = Tapers::Slepian { nw, count });
-        assert_eq!(found, "multitaper");
-    }
-    let window = Tapers::Window(Window::Tukey { taper: 2.0 });
-    assert_eq!(with(&|r| r.averaging.tapers = window.clone()), "window");
-    let mut other = field(records(), 1.0);
-    other.time.step = 0.5;
-    let found = refused(&CoherenceRequest::default(), &[&steady, &other]);
-    assert_eq!(found, "field");
-}
-
-/// The same bits from any number of threads, in memory and in blocks, in rows and in columns.
-#[test]
-fn regress_threads_and_blocks_do_not_matter() {
-    use ndarray::ShapeBuilder;
-    let mut noise = Noise(11);
-    let values = Array2::from_shape_fn((3000, 37), |_| noise.uniform());
-    let mut columns = Array2::zeros(values.dim().f());
-    columns.assign(&values);
-    let of = |values: &Array2<f64>, threads, memory| {
-        let request = CoherenceRequest {
-            threads: Some(threads),
-            memory,
-            averaging: segments(128, 64),
-            ..CoherenceRequest::default()
-        };
-        let found = found(&field(values.clone(), 1.0), &request);
-        (found.coherence, found.spectrum)
-    };
-    let expected = of(&values, 1, None);
-    for threads in [1, 2, 5] {
-        for memory in [None, Some(3_500_000)] {
-            for values in [&values, &columns] {
-                let found = of(values, threads, memory);
-                let same = |a: &Array2<f64>, b: &Array2<f64>| {
-                    a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
-                };
-                assert!(same(&found.0, &expected.0) && same(&found.1, &expected.1));
-            }
-        }
-    }
-}
-
 /// 0 / 0 is no coherence of 1.
 #[test]
 fn regress_a_silent_reference_has_no_coherence() {
     let mut values = records();
     values.column_mut(0).fill(0.0);
-    let request = CoherenceRequest {
-        averaging: segments(64, 32),
-        ..CoherenceRequest::default()
-    };
+    let request = welch(64, 32);
     let found = found(&field(values, 1.0), &request);
     assert!(found.coherence.iter().all(|g| g.is_nan()));
     assert!(found.above_level().is_none() && found.delays.iter().all(Option::is_none));
@@ -559,10 +479,7 @@ fn val_delays_of_a_narrow_band_have_no_bias() {
         let values = Array2::from_shape_fn((times, sites), |(n, j)| {
             wave[n + 96 - 6 * j] + 0.05 * noise.gaussian()
         });
-        let request = CoherenceRequest {
-            averaging: segments(256, 128),
-            ..CoherenceRequest::default()
-        };
+        let request = welch(256, 128);
         let found = found(&field(values, 1.0), &request);
         for (j, delay) in found.delays.iter().enumerate().skip(6) {
             if let Some(delay) = delay.filter(|delay| delay.ambiguity.is_none()) {

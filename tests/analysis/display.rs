@@ -7,7 +7,7 @@ use test_support::changed;
 use test_support::fields::{TEMPORAL, asking};
 use wavecascade::analyze::{Analysis, Map, Reduction, Request, Results, Show, ShowAxis};
 use wavecascade::field::Axis;
-use wavecascade::{Error, Field, analyze};
+use wavecascade::{Field, analyze};
 
 /// Waves at bin m of frequency and of wavenumber with energies q^m, m = 1 .. `waves`.
 fn geometric((times, sites): (usize, usize), q: f64, waves: usize) -> Field {
@@ -202,39 +202,6 @@ fn limits_are_those_asked_for() {
     assert_eq!(analysis.display.wavenumber.bins, 0..21);
     assert_eq!(analysis.display.wavenumber_signed.bins, 22..53);
     assert!(analysis.display.frequency.is_whole());
-}
-
-#[test]
-fn limits_off_the_axis_reversed_or_without_pictures_are_refused() {
-    let limits = |low, high| ShowAxis::Interval { low, high };
-    let wrong = [
-        ("show-frequency", limits(-5.0, 10.0)),
-        ("show-frequency", limits(30.0, 20.0)),
-        ("show-frequency", ShowAxis::UpTo(2000.0)),
-        ("show-frequency", limits(1.0, 2.0)),
-        ("show-frequency", ShowAxis::UpTo(f64::NAN)),
-        ("show-wavenumber", ShowAxis::UpTo(-1.0)),
-        ("show-wavenumber", limits(-2.0, -1.0)),
-        ("show-time", limits(0.1, 0.3)),
-        ("show-space", ShowAxis::UpTo(64.0)),
-    ];
-    for (option, axis) in wrong {
-        let mut show = Show::default();
-        match option {
-            "show-frequency" => show.frequency = axis,
-            "show-wavenumber" => show.wavenumber = axis,
-            "show-time" => show.time = axis,
-            _ => show.space = axis,
-        }
-        let request = asking(|it| it.show = show);
-        let refused = analyze(&in_units(), &request).unwrap_err();
-        assert!(
-            matches!(refused, Error::Request { option: found, .. } if found == option),
-            "{axis:?}: {refused}"
-        );
-    }
-    let request = asking(|it| (it.show, it.maps) = (Show::WHOLE, false));
-    assert!(analyze(&in_units(), &request).is_err());
 }
 
 /// Energies along an axis come from the result there is.

@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use ndarray::{Array2, s};
 use num_complex::Complex;
 use test_support::changed;
+use test_support::fields::Congruential;
 use wavecascade::Field;
 use wavecascade::analyze::{Constants, Dispersion};
 use wavecascade::chain::{Chain, Ends, Law, Losses, OnSite, Simulation};
@@ -14,8 +15,6 @@ use wavecascade::measure::Measure;
 use wavecascade::observer::Silent;
 use wavecascade::reference::{Grid, WhiteNoise};
 use wavecascade::transform::Travelling;
-
-use super::ridges::Noise;
 
 fn found(field: &Field, change: impl FnOnce(&mut FluxRequest)) -> Flux {
     flux(&[field], &changed(FluxRequest::default(), change), &Silent).unwrap()
@@ -136,13 +135,13 @@ fn waves_of(
     [reflected, gains, noise]: [f64; 3],
     factor: fn(f64, f64) -> Complex<f64>,
 ) -> Array2<f64> {
-    let (mut random, width) = (Noise(seed), (HIGH - LOW) / WAVES as f64);
+    let (mut random, width) = (Congruential(seed), (HIGH - LOW) / WAVES as f64);
     let mut samples = Array2::zeros((GRID.n_times, GRID.n_sites));
     let last = (GRID.n_sites - 1) as f64 * GRID.dx;
     for n in 0..WAVES {
-        let f = LOW + (n as f64 + 0.5 + 0.4 * random.next()) * width;
+        let f = LOW + (n as f64 + 0.5 + 0.4 * random.uniform()) * width;
         let [k, _, a] = beam(c, f);
-        let amplitude = Complex::new(random.gaussian(), random.gaussian()) * width.sqrt();
+        let amplitude = Complex::new(random.normal(), random.normal()) * width.sqrt();
         let amplitude = amplitude * factor(k, a);
         let wave = |x: f64| amplitude * Complex::from_polar((-a * x).exp(), -k * x);
         let of_site = |x: f64| wave(x) + reflected * wave(2.0 * last + 0.1 - x);
@@ -157,8 +156,8 @@ fn waves_of(
         }
     }
     for mut record in samples.columns_mut() {
-        let (gain, size) = (1.0 + gains * random.gaussian(), noise * (HIGH - LOW).sqrt());
-        record.mapv_inplace(|v| gain * v + size * random.gaussian());
+        let (gain, size) = (1.0 + gains * random.normal(), noise * (HIGH - LOW).sqrt());
+        record.mapv_inplace(|v| gain * v + size * random.normal());
     }
     samples
 }

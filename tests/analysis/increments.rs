@@ -4,7 +4,7 @@
 use ndarray::Array2;
 use serde::Deserialize;
 use test_support::changed;
-use test_support::fields::{Congruential, noise, option, stepped};
+use test_support::fields::{Congruential, noise, stepped};
 use wavecascade::Field;
 use wavecascade::estimates::{
     AxisIncrements, ExponentBasis, FieldAxis, Increments, IncrementsRequest, IntervalBasis,
@@ -348,42 +348,4 @@ fn val_the_same_records_do_not_move_along_x() {
         answer.starts_with("all increments along x are 0"),
         "{answer}"
     );
-}
-
-#[test]
-fn regress_what_is_refused() {
-    let steady = field(noise(64, 16));
-    let with = |change: &dyn Fn(&mut IncrementsRequest)| {
-        let request = changed(IncrementsRequest::default(), change);
-        option(increments(&[&steady], &request, &Silent).unwrap_err())
-    };
-    assert_eq!(with(&|r| r.separations = Some(vec![16])), "separations");
-    assert_eq!(with(&|r| r.separations = Some(vec![0])), "separations");
-    assert_eq!(with(&|r| r.lags = Some(vec![64])), "lags");
-    assert_eq!(with(&|r| r.band = Some((0.5, 1.0))), "band");
-    assert_eq!(with(&|r| r.lag_band = Some((9e9, 1e10))), "lag-band");
-    assert_eq!(with(&|r| r.alpha = 0.0), "significance");
-    assert_eq!(with(&|r| r.memory = Some(1000)), "memory");
-}
-
-/// The same bits from any number of threads, in rows and in columns.
-#[test]
-fn regress_threads_and_layout_do_not_matter() {
-    use ndarray::ShapeBuilder;
-    let values = noise(500, 37);
-    let mut columns = Array2::zeros(values.dim().f());
-    columns.assign(&values);
-    let of = |values: &Array2<f64>, threads| {
-        let request = IncrementsRequest {
-            threads: Some(threads),
-            ..IncrementsRequest::default()
-        };
-        let found = found(&field(values.clone()), &request);
-        let scales = found.axes.iter().flat_map(|axis| axis.scales.clone());
-        let bits = scales.flat_map(|m| [m.structure[0], m.structure[5], m.third, m.half[3]]);
-        bits.map(f64::to_bits).collect::<Vec<u64>>()
-    };
-    let expected = of(&values, 1);
-    assert_eq!(of(&values, 4), expected);
-    assert_eq!(of(&columns, 3), expected);
 }

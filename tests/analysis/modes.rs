@@ -4,8 +4,7 @@
 use ndarray::Array2;
 use num_complex::Complex;
 use serde::Deserialize;
-use test_support::changed;
-use test_support::fields::{Congruential, averaging, noise, option, stepped};
+use test_support::fields::{Congruential, averaging, noise, stepped};
 use wavecascade::Field;
 use wavecascade::estimates::{Averaging, Modes, ModesRequest, Tapers, modes};
 use wavecascade::observer::Silent;
@@ -174,48 +173,6 @@ fn regress_one_transient_has_no_interval() {
     let shots = modes(&[&pulse; 5], &request, &Silent).unwrap();
     assert_eq!(shots.independence.independent, Some(5.0));
     assert!(shots.interval(3).is_some());
-}
-
-#[test]
-fn regress_what_is_refused() {
-    let steady = field(records(11));
-    let with = |change: &dyn Fn(&mut ModesRequest)| {
-        let request = changed(segmented(32), change);
-        option(modes(&[&steady], &request, &Silent).unwrap_err())
-    };
-    for frequency in [2.1, -0.1, f64::NAN] {
-        let found = with(&|r| r.frequencies = vec![frequency]);
-        assert_eq!(found, "frequencies");
-    }
-    assert_eq!(with(&|r| r.modes = 0), "modes");
-    assert_eq!(with(&|r| r.alpha = 1.0), "significance");
-    assert_eq!(with(&|r| r.averaging = averaging(272, 0)), "segment");
-    assert_eq!(with(&|r| r.memory = Some(10_000)), "memory");
-}
-
-/// The same bits from any number of threads, all frequencies at once and in blocks.
-#[test]
-fn regress_threads_and_blocks_do_not_matter() {
-    let values = noise(3000, 37);
-    let of = |threads, memory| {
-        let request = ModesRequest {
-            threads: Some(threads),
-            memory,
-            frequencies: vec![0.5, 1.0],
-            ..segmented(128)
-        };
-        let found = found(&field(values.clone()), &request);
-        let shapes = found.chosen.iter().flat_map(|shapes| shapes.modes.iter());
-        let parts = shapes.flat_map(|z| [z.re, z.im]);
-        let values = found.eigenvalues.iter().chain(&found.coherencies).copied();
-        values.chain(parts).map(f64::to_bits).collect::<Vec<u64>>()
-    };
-    let expected = of(1, None);
-    for threads in [1, 3] {
-        for memory in [None, Some(2_500_000), Some(4_000_000)] {
-            assert!(of(threads, memory) == expected, "{threads} {memory:?}");
-        }
-    }
 }
 
 /// White and red records, one of them loud, of more sites than realisations and of fewer.

@@ -13,7 +13,6 @@ use wavecascade::observer::Silent;
 use wavecascade::reference::LatticeImpact;
 
 use crate::moved_kinds::{holds, request};
-use test_support::changed;
 use test_support::fields::{analyzed, noise};
 
 fn field(values: Array2<f64>, dt: f64, dx: f64) -> Field {
@@ -210,19 +209,4 @@ fn val_construction_reasons() {
             .answer
             .is_none_or(|answer| answer.frequency.verdict == Verdict::Untold)
     );
-}
-
-/// Bits of the answer depend neither on the number of threads nor on the block size.
-#[test]
-fn regress_answers_are_the_same_on_any_number_of_threads() {
-    let run =
-        run("sites = 80\nstiffness_ratio = 2.4\nend_time = 90\nsamples = 1024\ntolerance = 1e-6");
-    let answer = |threads| {
-        let request = changed(request(), |it| it.threads = Some(threads));
-        analyzed(&run.to_field(), &request).answer.unwrap()
-    };
-    let one = answer(1);
-    for threads in [2, 3] {
-        assert_eq!(format!("{:?}", answer(threads)), format!("{one:?}"));
-    }
 }

@@ -3,7 +3,7 @@
 
 use ndarray::Array2;
 use test_support::changed;
-use test_support::fields::{chain, noise, option};
+use test_support::fields::{chain, noise};
 use wavecascade::Field;
 use wavecascade::chain::{Accuracy, EndTime, Ends, Law, Record, Scheme, Simulation};
 use wavecascade::estimates::{
@@ -293,47 +293,5 @@ fn regress_snapshots_with_gaps_are_left_out() {
     assert_eq!(found.left_out, 1);
     for (a, b) in found.spectrum.iter().zip(&expected.spectrum) {
         assert!((a / b - 1.0).abs() < 1e-13 || *b < 1e-20);
-    }
-}
-
-#[test]
-fn regress_what_is_refused() {
-    let field = Field::from_array(noise(64, 32));
-    let with = |change: &dyn Fn(&mut SlopeRequest)| {
-        let request = changed(SlopeRequest::default(), change);
-        option(slope(&[&field], &request, &Silent).unwrap_err())
-    };
-    assert_eq!(with(&|r| r.band = (0.2, 0.5)), "band");
-    assert_eq!(with(&|r| r.band = (5.0, 9.0)), "band");
-    assert_eq!(with(&|r| r.breaks = 3), "breaks");
-    assert_eq!(with(&|r| r.alpha = 1.0), "significance");
-    assert_eq!(with(&|r| r.averaging.segment = Some(33)), "segment");
-    let still = Field::from_array(Array2::zeros((64, 32)));
-    assert!(slope(&[&still], &SlopeRequest::default(), &Silent).is_err());
-}
-
-/// The same bits from any number of threads and any memory.
-#[test]
-fn regress_threads_and_blocks_do_not_matter() {
-    let field = Field::from_array(noise(600, 70));
-    for axis in [FieldAxis::Space, FieldAxis::Time] {
-        let of = |threads, memory| {
-            let request = SlopeRequest {
-                axis,
-                band: (0.1, 0.4),
-                threads: Some(threads),
-                memory,
-                ..SlopeRequest::default()
-            };
-            let found = found(&field, &request);
-            found
-                .spectrum
-                .iter()
-                .map(|v| v.to_bits())
-                .collect::<Vec<u64>>()
-        };
-        let expected = of(1, None);
-        assert_eq!(of(3, None), expected);
-        assert_eq!(of(3, Some(800_000)), expected);
     }
 }

@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 
 use ndarray::Array2;
 use test_support::changed;
-use test_support::fields::{Congruential as Noise, averaging, option, stepped};
+use test_support::fields::{Congruential as Noise, averaging, stepped};
+use wavecascade::Field;
 use wavecascade::estimates::{Averaging, SpaceTimeEstimate, SpaceTimeRequest, Tapers, spacetime};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
-use wavecascade::{Error, Field};
 
 const DT: f64 = 0.25;
 const DX: f64 = 0.5;
@@ -203,63 +203,4 @@ fn regress_a_transient_has_no_interval_without_shots() {
     let narrow = found(&field(values), &tapers((3.0, 5), (2.0, 3)));
     let [_, degrees, _] = narrow.degrees_range().unwrap();
     assert!((degrees - 10.0).abs() < 1e-6, "{degrees}");
-}
-
-#[test]
-fn regress_parts_blocks_and_threads_do_not_move_a_bit() {
-    let shot = |seed: u64| {
-        let mut noise = Noise(seed);
-        field(Array2::from_shape_fn((701, 27), |_| noise.uniform()))
-    };
-    let shots: Vec<Field> = (1..3).map(shot).collect();
-    let shots: Vec<&Field> = shots.iter().collect();
-    let slepian = SpaceTimeRequest {
-        averaging: Averaging {
-            tapers: Tapers::Slepian { nw: 2.0, count: 2 },
-            ..welch(64, 30).averaging
-        },
-        space: Tapers::Slepian { nw: 2.0, count: 3 },
-        ..SpaceTimeRequest::default()
-    };
-    let bits = |found: &SpaceTimeEstimate| -> Vec<u64> {
-        let arrays = [&found.spectrum, &found.degrees, &found.low, &found.high];
-        let numbers = arrays.into_iter().flatten().copied();
-        let more = [
-            found.power,
-            found.mean_square,
-            found.parseval,
-            found.evenness,
-        ];
-        numbers.chain(more).map(f64::to_bits).collect()
-    };
-    let equal = changed(slepian.clone(), |it| it.is_adaptive = false);
-    for (fields, request) in [
-        (&shots[..1], welch(64, 32)),
-        (&shots[..], slepian),
-        (&shots[1..], equal),
-    ] {
-        let expected = bits(&spacetime(fields, &request, &Silent).unwrap());
-        // In the least memory that is not refused, pages are released behind the reader.
-        let of = |threads, memory| {
-            let request = SpaceTimeRequest {
-                threads: Some(threads),
-                memory,
-                ..request.clone()
-            };
-            spacetime(fields, &request, &Silent)
-        };
-        let Err(Error::Memory { needed, .. }) = of(2, Some(1)) else {
-            panic!("a byte is not enough");
-        };
-        for memory in [None, Some(needed + 4096)] {
-            assert_eq!(bits(&of(2, memory).unwrap()), expected, "{memory:?}");
-        }
-    }
-    // Three sites have no wavenumbers to speak of, and tapers have to fit.
-    let narrow = field(Array2::zeros((64, 3)));
-    let error = spacetime(&[&narrow], &welch(16, 8), &Silent).unwrap_err();
-    assert_eq!(option(error), "along");
-    let wide = tapers((2.0, 3), (2.0, 4));
-    let error = spacetime(&shots, &wide, &Silent).unwrap_err();
-    assert_eq!(option(error), "space-multitaper");
 }

@@ -4,13 +4,13 @@
 use ndarray::Array2;
 use serde::Deserialize;
 use test_support::fields::Congruential as Noise;
+use wavecascade::Field;
 use wavecascade::estimates::{
     Averaging, LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest, Tapers, spectrum,
 };
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
 use wavecascade::sheet::Describe;
-use wavecascade::{Error, Field};
 
 const DT: f64 = 0.25;
 
@@ -435,55 +435,6 @@ fn regress_still_sites() {
     }
     assert!(with.degrees.column(1).iter().all(|d| d.is_nan()));
     assert!(with.low.column(3).iter().skip(5).all(|s| *s > 0.0));
-}
-
-#[test]
-fn regress_what_is_refused() {
-    let steady = field(records());
-    let refused = |request: &SpectrumRequest| match spectrum(&[&steady], request, &Silent) {
-        Err(Error::Request { option, .. }) => option,
-        Err(Error::Memory { .. }) => "memory",
-        other => panic!("{other:?}"),
-    };
-    assert_eq!(refused(&welch(401, 0)), "segment");
-    assert_eq!(refused(&welch(64, 64)), "overlap");
-    let mut request = periodogram();
-    request.memory = Some(1000);
-    assert_eq!(refused(&request), "memory");
-    request.alpha = 1.0;
-    assert_eq!(refused(&request), "significance");
-}
-
-/// The same bits from any number of threads, in memory and in blocks.
-#[test]
-fn regress_threads_and_blocks_do_not_matter() {
-    let mut noise = Noise(11);
-    let values = Array2::from_shape_fn((6000, 37), |_| noise.uniform());
-    let of = |threads, memory| {
-        let request = SpectrumRequest {
-            threads: Some(threads),
-            memory,
-            averaging: Averaging {
-                segment: Some(512),
-                overlap: Some(0),
-                tapers: Tapers::Slepian { nw: 2.0, count: 3 },
-                detrend: Detrend::Linear,
-            },
-            ..SpectrumRequest::default()
-        };
-        let found = found(&field(values.clone()), &request);
-        [found.spectrum, found.degrees, found.jackknife, found.high]
-    };
-    let expected = of(1, None);
-    for threads in [1, 2, 5] {
-        // Less than the field beside what the threads need.
-        for memory in [None, Some(1_750_000 + 1_830_000 * threads as u64)] {
-            for (found, expected) in of(threads, memory).iter().zip(&expected) {
-                let mut pairs = found.iter().zip(expected);
-                assert!(pairs.all(|(a, b)| a.to_bits() == b.to_bits()));
-            }
-        }
-    }
 }
 
 /// Along space, the estimate of the field with exchanged axes; its mean over the times has intervals that hold.

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 
 use ndarray::{Array2, s};
 use num_complex::Complex;
+use test_support::changed;
 use test_support::fields::{Congruential, chain};
-use test_support::{changed, contains_all};
 use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{BudgetRequest, Integration, Motion, Views, budget};
 use wavecascade::chain::{Accuracy, Ends, Law, Record, Run, Simulation};
@@ -14,7 +14,6 @@ use wavecascade::estimates::{Averaging, Tapers, Transfer, TransferRequest, trans
 use wavecascade::observer::Silent;
 use wavecascade::prepare::Window;
 use wavecascade::sheet::Describe;
-use wavecascade::{Error, Field};
 
 /// Nearly normal numbers, with variance 1.
 struct Noise(Congruential);
@@ -372,49 +371,6 @@ fn val_odd_law_fails_honestly() {
             .starts_with("no quadratic transfer is shown")
     );
     assert!(found.shares.held_out_linear > 0.5);
-}
-
-#[test]
-fn regress_what_is_refused() {
-    let values = periods([32, 40, 6], 0.1, &mut Noise::new(5), |_, x| x);
-    let steady = Field::from_array(values);
-    let refused = |request: &TransferRequest| match transfer(&[&steady], request, &Silent) {
-        Err(Error::Request {
-            option,
-            expected,
-            found,
-        }) => (option, expected, found),
-        other => panic!("{other:?}"),
-    };
-    let base = request(32, 0.2);
-    assert!(transfer(&[&steady], &base, &Silent).is_ok());
-    let with = |change: &dyn Fn(&mut TransferRequest)| {
-        let mut request = base.clone();
-        change(&mut request);
-        refused(&request).0
-    };
-    assert_eq!(with(&|r| r.from = 2), "site");
-    assert_eq!(with(&|r| r.to = 2), "transfer");
-    assert_eq!(with(&|r| r.to = 0), "transfer");
-    assert_eq!(with(&|r| r.lag = 1280), "lag");
-    assert_eq!(with(&|r| r.highest = Some(-1.0)), "highest");
-    assert_eq!(with(&|r| r.highest = Some(0.01)), "highest");
-    assert_eq!(with(&|r| r.alpha = 0.0), "significance");
-    assert_eq!(with(&|r| r.resamplings = 5), "resamplings");
-    let tapers = Tapers::Slepian { nw: 4.0, count: 7 };
-    assert_eq!(with(&|r| r.averaging.tapers = tapers.clone()), "multitaper");
-    // 40 realisations for 31 unknowns.
-    let (option, expected, found) = refused(&request(64, 0.5));
-    assert_eq!(option, "segment");
-    contains_all(&expected, &["62", "31"]);
-    assert_eq!(found, "20.0");
-    let pulse = Field::from_array(Array2::from_shape_fn((2048, 2), |(n, j)| {
-        (-((n as f64 - 300.0 - 5.0 * j as f64) / 6.0).powi(2)).exp()
-    }));
-    match transfer(&[&pulse], &request(16, 0.5), &Silent) {
-        Err(Error::Request { found, .. }) => assert!(found.contains("transient"), "{found}"),
-        other => panic!("{other:?}"),
-    }
 }
 
 /// A wave that is a few samples later at the output is aligned by the lag; threads do not matter.

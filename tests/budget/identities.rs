@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use ndarray::{Array1, Array2};
 use num_complex::Complex;
 use test_support::changed;
-use test_support::fields::{fixed, losses, option, spring};
+use test_support::fields::{fixed, losses, spring};
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{Budget, BudgetRequest, Filter, Integration, Motion, budget};
 use wavecascade::chain::{Chain, Drive, Ends, Law, Losses, Waveform};
@@ -463,40 +463,9 @@ fn hard_chains_have_budgets() {
 }
 
 #[test]
-fn the_same_bits_from_any_number_of_threads() {
-    let states = States::new(Chain::dimer(64, 2.0), None, 23);
-    let with = |threads| {
-        let request = changed(BudgetRequest::default(), |it| it.threads = Some(threads));
-        let (found, arrays) = states.budget(&request);
-        let bits: Vec<Vec<u64>> = arrays
-            .values()
-            .map(|a| a.iter().map(|v| v.to_bits()).collect())
-            .collect();
-        (bits, format!("{:?}", found.closure))
-    };
-    let one = with(1);
-    assert_eq!(one, with(2));
-    assert_eq!(one, with(4));
-}
-
-#[test]
 fn what_does_not_fit_is_refused() {
     let states = States::new(Chain::dimer(40, 2.0), None, 29);
     let motion = states.motion();
-    let with = |change: &dyn Fn(&mut BudgetRequest)| {
-        let request = changed(BudgetRequest::default(), change);
-        option(budget(&motion, &request).unwrap_err())
-    };
-    let sharp = |r: &mut BudgetRequest| (r.filter, r.scales) = (Filter::Sharp, vec![4.0]);
-    assert_eq!(with(&sharp), "filter");
-    assert_eq!(with(&|r| r.scales = vec![-1.0]), "scale");
-    assert_eq!(with(&|r| r.pitch = f64::NAN), "pitch");
-    assert_eq!(with(&|r| r.map_scale = Some(0.0)), "map-scale");
-    let edge = with(&|r| r.band_edge_frequency = Some(-1.0));
-    assert_eq!(edge, "band-edge-frequency");
-    for window in [[0..9, 3..3], [0..10, 0..4]] {
-        assert_eq!(with(&|r| r.window = Some(window.clone())), "window");
-    }
     let request = BudgetRequest::default;
     let short = Array2::zeros((9, 39));
     let unfit = changed(motion, |it| it.velocity = short.view());

@@ -1,9 +1,7 @@
 //! Transfer by triads: against the change of energy, and refused where it has no meaning.
 
 use std::f64::consts::TAU;
-use test_support::changed;
 use test_support::fields::{chain, fixed, spring};
-use wavecascade::Error;
 use wavecascade::budget::{Motion, Triads, TriadsRequest, chain_triads};
 use wavecascade::chain::{Accuracy, Chain, Ends, Record, Run, Simulation};
 use wavecascade::observer::Silent;
@@ -114,49 +112,4 @@ fn val_expansion_of_pressed_contacts() {
     }
     let growth = shares[1] / shares[0];
     assert!((1.8..2.6).contains(&growth), "{shares:?}");
-}
-
-#[test]
-fn regress_refusals_name_what_is_missing() {
-    let touching = run(Chain::dimer(12, 1.0), |x| x, 1.0, 5);
-    let dimer = run(
-        changed(Chain::dimer(12, 2.0), |it| it.precompression = 1.0),
-        |x| x,
-        1.0,
-        5,
-    );
-    let mut linear = alpha_chain(Ends::Wall, 12);
-    linear.law = spring(0.0, 1.0).into();
-    let linear = run(linear, |x| x, 1.0, 5);
-    for (run, named) in [
-        (touching, "precompressed ones"),
-        (dimer, "equal contacts"),
-        (linear, "springs with alpha"),
-    ] {
-        let motion = Motion::of(&run).unwrap();
-        let error = chain_triads(&motion, 1.0, &TriadsRequest::default(), &Silent).unwrap_err();
-        assert!(
-            matches!(&error, Error::Request { option: "record", expected, .. } if expected.contains(named)),
-            "{error}"
-        );
-    }
-}
-
-/// The same bits from any number of threads.
-#[test]
-fn regress_threads_do_not_matter() {
-    let run = run(
-        alpha_chain(Ends::Wall, 20),
-        |x| (3.0 * TAU * x).sin(),
-        8.0,
-        50,
-    );
-    let of = |threads| {
-        let request = changed(TriadsRequest::default(), |it| it.threads = Some(threads));
-        triads(&run, &request)
-    };
-    let (one, three) = (of(1), of(3));
-    assert_eq!(one.transfer, three.transfer);
-    assert_eq!(one.umklapp, three.umklapp);
-    assert_eq!(one.flux, three.flux);
 }

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 use wavecascade::Field;
-use wavecascade::chain::scene::{SceneSource, Setting};
+use wavecascade::chain::scene::SceneSource;
 use wavecascade::chain::{Run, Waveform};
 use wavecascade::field::OpenOptions;
 use wavecascade::observer::Silent;
@@ -237,42 +237,4 @@ fn val_identity_a_recorded_force_replays_the_blow() {
     let sensor =
         [&struck, &replayed].map(|run| run.peak_force(run.chain.n_contacts() - 1).unwrap().value);
     assert!((sensor[0] / sensor[1] - 1.0).abs() < 1e-6, "{sensor:?}");
-}
-
-/// What is wrong with a drive is named with its place.
-#[test]
-fn val_definition_faults_of_drives() {
-    let folder = tempfile::tempdir().unwrap();
-    let scene = folder.path().join("scene.toml");
-    let rows = "0 1\n1 2\n2 1\n";
-    for (table, keys, expected) in [
-        ("time [ms], force [N]\n0, 1\n", "", "found [ms] of time"),
-        ("0 1\n1 2\n1 3\n", "", "found 1 after 1 in row 3"),
-        ("0;1,5\n1;2,5\n2;x\n", "", "found \"x\" in line 3"),
-        (rows, "", "drive_values: expected 6 or more values"),
-        (
-            "0 1\n1 2\n2 1\n3 2\n4 3\n5 4\n30 4\n",
-            "",
-            "a gap from 5 to 30",
-        ),
-        ("0 1 2\n", "", "found 3 columns"),
-        (rows, "drive_cycles = 3.0", "drive_cycles"),
-    ] {
-        fs::write(folder.path().join("t.csv"), table).unwrap();
-        let text = format!(
-            "sites = 6\nend_time = 3.0\ndrive = \"force\"\ndrive_file = \"t.csv\"\n{keys}\n"
-        );
-        fs::write(&scene, text).unwrap();
-        let fault = SceneSource::read(&scene)
-            .unwrap()
-            .setup()
-            .unwrap_err()
-            .to_string();
-        let is_named = fault.contains("scene.toml:") && fault.contains(expected);
-        assert!(is_named, "{expected}: {fault}");
-    }
-    let set = Setting::new("drive_file", "nowhere.csv", "--drive-file");
-    let source = SceneSource::new(None, "sites = 6\ndrive = \"force\"").with([set]);
-    let error = source.setup().unwrap_err().to_string();
-    assert!(error.contains("nowhere.csv"), "{error}");
 }

@@ -1,109 +1,20 @@
 //! `cascade simulate`, `scene` and `contact` as a stranger meets them.
 
-use std::collections::BTreeSet;
 use std::fs;
 use std::io::{Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use ndarray::Array2;
-use wavecascade::Field;
 use wavecascade::chain::scene::{SceneSource, Setup};
 use wavecascade::chain::{Ends, Law, Run};
-use wavecascade::field::{OpenOptions, Quantity};
 use wavecascade::observer::Silent;
 use wavecascade::report::RunFile;
 
 use test_support::contains_all;
-use test_support::fields::reading;
-use test_support::place::{Place, set};
-
-fn examples() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/scenes")
-}
+use test_support::place::Place;
 
 /// A run with more options.
 fn short(more: &str) -> String {
-    format!("simulate --sites 12 --stiffness-ratio 4.9272 --end-time 9 --samples 64 {more}")
-}
-
-#[test]
-fn a_run_from_options_alone_is_read_by_its_arrays_and_by_analyze() {
-    let place = Place::new();
-    let said = place.says(&short("--out run.npz"));
-    for words in [
-        "12 sites",
-        "stiffness ratio 4.9272",
-        "estimated error",
-        "energy drift",
-        "run.npz",
-    ] {
-        assert!(said.contains(words), "{words}: {said}");
-    }
-    assert_eq!(place.names(), BTreeSet::from(["run.npz".into()]));
-    let array = |name: &str| place.array::<f64>("run.npz", name);
-    let time = array("time");
-    assert_eq!((time.len(), time[0], time[63]), (64, 0.0, 9.0));
-    for name in ["velocity", "displacement", "force", "energy_passed"] {
-        assert_eq!(array(name).shape(), [64, 12], "{name}");
-    }
-    let (mass, coefficient) = (array("mass"), array("contact_coefficient"));
-    assert_eq!((mass.len(), coefficient[1]), (12, 4.9272));
-
-    let field = Field::open(place.path("run.npz"), &OpenOptions::default()).unwrap();
-    assert_eq!(field.quantity, Quantity::Velocity);
-    assert!((field.time.step - 9.0 / 63.0).abs() < 1e-15);
-    let units = [field.time.unit, field.space.unit, field.unit];
-    assert_eq!(units, [None, None, None]);
-    place.good(&["analyze", "run.npz", "--out", "out", "--figures", "none"]);
-    assert!(place.path("out/summary.json").exists());
-}
-
-#[test]
-fn an_si_run_states_its_units_and_its_scene_is_no_sidecar() {
-    let place = Place::new();
-    fs::copy(
-        examples().join("quartz_cylinders.toml"),
-        place.path("quartz.toml"),
-    )
-    .unwrap();
-    place.good(&[
-        "simulate",
-        "quartz.toml",
-        "--end-time",
-        "0.4 ms",
-        "--samples",
-        "200",
-    ]);
-    assert!(place.path("quartz.npz").exists());
-    let open = |member: Option<&str>| {
-        let options = reading(|it| it.variable = member.map(str::to_owned));
-        Field::open(place.path("quartz.npz"), &options).unwrap()
-    };
-    let field = open(None);
-    assert_eq!(field.quantity, Quantity::Velocity);
-    assert_eq!((field.n_times(), field.n_sites()), (200, 41));
-    assert_eq!(field.time.unit.as_deref(), Some("s"));
-    assert!((field.time.step / (0.4e-3 / 199.0) - 1.0).abs() < 1e-12);
-    assert_eq!(field.space.unit.as_deref(), Some("m"));
-    assert!((field.space.step / 0.018 - 1.0).abs() < 1e-12);
-    assert_eq!(field.unit.as_deref(), Some("m/s"));
-    let force = open(Some("force"));
-    assert_eq!(force.quantity, Quantity::Force);
-    assert_eq!(force.unit.as_deref(), Some("N"));
-    assert!((force.space.origin / 0.009 - 1.0).abs() < 1e-12);
-
-    // The same scene beside any other archive of its name is no sidecar either.
-    fs::copy(place.path("quartz.toml"), place.path("other.toml")).unwrap();
-    let archive = fs::File::create(place.path("other.npz")).unwrap();
-    let mut npz = ndarray_npy::NpzWriter::new(archive);
-    npz.add_array("velocity", &Array2::<f64>::ones((9, 3)))
-        .unwrap();
-    npz.finish().unwrap();
-    let other = Field::open(place.path("other.npz"), &OpenOptions::default()).unwrap();
-    assert_eq!(other.time.unit, None);
-    // A sidecar of a run has the run's whole name.
-    place.write("quartz.npz.toml", "time_unit = 'h'");
-    assert_eq!(open(None).time.unit.as_deref(), Some("h"));
+    format!("simulate --sites 12 --end-time 9 --samples 64 {more}")
 }
 
 #[test]
@@ -138,49 +49,6 @@ fn what_is_written_is_what_the_library_computes_and_reads_back() {
     place.good(&["simulate", "scene.toml", "-o", "b.npz", "--force"]);
     let read = RunFile::read(&place.path("b.npz")).unwrap();
     assert_eq!(read.setup.text, text);
-}
-
-#[test]
-fn only_what_is_recorded_is_kept() {
-    let place = Place::new();
-    place.says(&short("--out few.npz --record force"));
-    let expected = [
-        "contact_coefficient",
-        "force",
-        "hashes",
-        "mass",
-        "report",
-        "scene",
-        "schema",
-        "time",
-        "velocity",
-    ];
-    assert_eq!(place.arrays("few.npz"), set(&expected));
-    assert_eq!(place.array::<f64>("few.npz", "force").shape(), [64, 12]);
-    let none = short("--out none.npz --record");
-    let none: Vec<&str> = none.split(' ').chain([""]).collect();
-    place.good(&none);
-    let read = RunFile::read(&place.path("none.npz")).unwrap();
-    assert!(read.run.force.is_none());
-}
-
-#[test]
-fn nothing_is_overwritten_unasked_and_nothing_but_a_run_ever() {
-    let place = Place::new();
-    place.says(&short("--out run.npz"));
-    let first = fs::read(place.path("run.npz")).unwrap();
-    let said = place.refuses(2, &short("--out run.npz"));
-    assert!(said.contains("--force"), "{said}");
-    assert_eq!(fs::read(place.path("run.npz")).unwrap(), first);
-    place.says(&short("--out run.npz --force"));
-    place.write("notes.npz", "mine");
-    fs::create_dir(place.path("folder")).unwrap();
-    for taken in ["notes.npz", "folder"] {
-        let said = place.refuses(2, &short(&format!("--out {taken} --force")));
-        assert!(said.contains("not replaced"), "{said}");
-    }
-    place.refuses(2, &short("--out .."));
-    place.refuses(1, &short("--out notes.npz/run.npz"));
 }
 
 /// A run is written with its own scene alone.
@@ -272,29 +140,6 @@ fn regress_changed_arrays_of_runs_are_refused() {
 }
 
 #[test]
-fn the_examples_are_scenes_and_the_short_ones_run() {
-    let place = Place::new();
-    let mut count = 0;
-    for entry in fs::read_dir(examples()).unwrap() {
-        let path = entry.unwrap().path();
-        let said = place.good(&["scene", "--check", path.to_str().unwrap()]);
-        assert!(said.contains("chain") && said.contains("memory"), "{said}");
-        count += 1;
-        let scene = path.to_str().unwrap();
-        let fewer = "--samples 32 --tolerance 1e-5 --force --out run.npz".split(' ');
-        let words: Vec<&str> = ["simulate", scene].into_iter().chain(fewer).collect();
-        let short = ["linear_chain", "lossy_spheres", "quartz_cylinders"];
-        if short
-            .iter()
-            .any(|name| path.ends_with(format!("{name}.toml")))
-        {
-            place.good(&words);
-        }
-    }
-    assert!(count >= 6, "{count}");
-}
-
-#[test]
 fn the_scene_command_prints_a_scene_that_runs_and_a_schema() {
     let place = Place::new();
     place.write("scene.toml", place.good(&["scene"]));
@@ -325,38 +170,6 @@ fn the_scene_command_prints_a_scene_that_runs_and_a_schema() {
     let page = place.good(&["man", "simulate"]);
     assert!(page.contains("stiffness\\-ratio"), "{page}");
     assert!(place.says("completions bash").contains("--stiffness-ratio"));
-}
-
-#[test]
-fn json_says_what_was_done() {
-    let place = Place::new();
-    let said = place.says_json(&short("--json -o a.npz"));
-    assert_eq!(said["schema"], "cascade.run/1");
-    assert_eq!(said["file"], "a.npz");
-    assert!(said["report"]["error"].as_f64().unwrap() < 1e-9);
-    assert!(said["report"]["cost"]["steps"].as_u64().unwrap() > 10);
-    assert_eq!(place.says(&short("--quiet -o b.npz")), "");
-}
-
-#[test]
-fn val_paper_the_contact_of_8_degrees() {
-    let place = Place::new();
-    let scene = "sites = 20
-units = \"si\"
-material = \"quartz\"
-radius = \"9 mm\"
-length = \"18 mm\"
-\
-                 angle = \"8 deg\"
-second_angle = \"90 deg\"
-striker_radius = \"9 mm\"
-\
-                 striker_velocity = \"0.88 m/s\"
-";
-    place.write("scene.toml", scene);
-    let said = place.good(&["scene", "--check", "scene.toml"]);
-    // 4.507 in the paper.
-    assert!(said.contains("stiffness ratio 4.506814"), "{said}");
 }
 
 /// `none` takes a key of the file away, whatever its kind, and stays the value of keys that have it.

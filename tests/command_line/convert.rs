@@ -3,13 +3,10 @@
 use std::fs;
 
 use ndarray::Array2;
-use serde_json::Value;
 use test_support::fields::reading;
 use test_support::made::{open, pulse, savez, steps, values};
-use test_support::netcdf::{NetCdf, Values, Variable};
 use test_support::place::Place;
 use wavecascade::Field;
-use wavecascade::arrays::Precision;
 use wavecascade_formats::{Container, Format, Options};
 
 fn container(place: &Place, name: &str) -> Container {
@@ -103,72 +100,6 @@ fn regress_results_are_the_same_in_both_formats() {
     }
 }
 
-fn scan() -> NetCdf {
-    let list = |count: usize, step: f64| {
-        Values::Double((0..count).map(|i| 1.0 + i as f64 * step).collect())
-    };
-    let all = (0..5 * 3 * 4).map(|i| i as i16).collect();
-    NetCdf {
-        dimensions: vec![("time", 5), ("y", 3), ("x", 4)],
-        variables: vec![
-            Variable::new("time", &[0], list(5, 0.25)).text("units", "ms"),
-            Variable::new("y", &[1], list(3, 0.5)).text("units", "m"),
-            Variable::new("x", &[2], list(4, 0.125)).text("units", "m"),
-            Variable::new("velocity", &[0, 1, 2], Values::Short(all)).text("units", "mm/s"),
-        ],
-    }
-}
-
-/// With the options that choose the field, to every format.
-#[test]
-fn regress_a_field_goes_to_every_format() {
-    let place = Place::new();
-    place.write("scan.nc", scan().bytes());
-    let expected = Array2::from_shape_fn((4, 4), |(n, j)| (12 * (n + 1) + 4 + j) as f64);
-    for name in ["v.nc", "v.npz", "v.npy", "v.csv"] {
-        place.says(&format!(
-            "convert scan.nc {name} --at y=1.5 --select time=1.2: --quiet"
-        ));
-        let found = open(&place, name);
-        assert_eq!(values(&found), expected, "{name}");
-        let axes = [&found.time, &found.space].map(|axis| (axis.origin, axis.step));
-        assert_eq!(axes, [(1.25, 0.25), (1.0, 0.125)], "{name}");
-        let units = [&found.time.unit, &found.space.unit, &found.unit];
-        let units = units.map(|unit| unit.as_deref().unwrap_or_default());
-        assert_eq!(units, ["ms", "m", "mm/s"], "{name}");
-    }
-    assert_eq!(open(&place, "v.nc").precision(), Precision::F32);
-}
-
-#[test]
-fn what_is_said_of_a_conversion() {
-    let place = Place::new();
-    place.save("a.npy", &pulse(64, 8));
-    let said = place.says("convert a.npy a.nc --dt 10us");
-    for part in ["a.nc", "64 times", "8 sites", "cascade analyze a.nc"] {
-        assert!(said.contains(part), "{said}");
-    }
-    let json = place.says("convert a.npy a.nc --force --json");
-    let json: Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(json["shape"][0], 64);
-    assert_eq!(json["precision"], "f64");
-    place.write("mine.nc", "mine");
-    for (code, line, named) in [
-        (2, "convert a.npy a.nc", "--force"),
-        (2, "convert a.npy b.h5", ".nc"),
-        (2, "convert a.npy mine.nc --force", "mine.nc"),
-        (1, "convert a.npy b.nc --at y=1", "dimension \"y\""),
-        (1, "convert none.npy b.nc", "none.npy"),
-        (2, "convert a.npy", "<OUT>"),
-    ] {
-        place.refuses_for(code, line, named);
-    }
-    // A field is replaced by itself in another precision or with other axes.
-    place.says("convert a.nc a.nc --force --dx 2mm --quiet");
-    assert_eq!(open(&place, "a.nc").space.step, 0.002);
-    assert_eq!(values(&open(&place, "a.nc")), pulse(64, 8));
-}
-
 /// A field that has to be decoded and is larger than the memory allowed.
 #[test]
 fn regress_memory_is_kept_to() {
@@ -230,23 +161,4 @@ fn regress_filter_and_simulate_write_what_they_read() {
         place.refuses(2, line);
     }
     place.says("simulate si.toml --out run.nc --force --quiet");
-}
-
-/// The bodies of a graded chain are known from either file of its run, so that the energies of fronts have the same masses.
-#[test]
-fn regress_graded_runs_say_the_same_in_both_formats() {
-    let place = Place::new();
-    let scene = "sites = 60\nmass_taper = 3.0\nend_time = 100\nsamples = 1024\ntolerance = 1e-6\n";
-    place.write("graded.toml", scene);
-    let answers = ["run.npz", "run.nc"].map(|name| {
-        place.good(&["simulate", "graded.toml", "--out", name, "--quiet"]);
-        let words = ["analyze", name, "--figures", "none", "--quiet", "--out"];
-        place.good(&[&words[..], &[&format!("of-{name}")]].concat());
-        place.json(&format!("of-{name}/summary.json"))["moved"].clone()
-    });
-    assert_eq!(answers[0], answers[1]);
-    let [a, b] = ["run.npz", "run.nc"].map(|name| open(&place, name));
-    let masses = a.masses.unwrap();
-    assert_eq!(Some(&masses), b.masses.as_ref());
-    assert!((masses[59] / masses[0] - 3.0).abs() < 1e-12, "{masses:?}");
 }

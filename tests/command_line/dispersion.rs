@@ -131,22 +131,6 @@ fn val_kittel_the_ridge_of_a_simulated_chain_lies_on_its_branches() {
     }
 }
 
-#[test]
-fn a_sonic_vacuum_has_no_branches_and_says_so_when_asked() {
-    let place = Place::new();
-    let run = "simulate --sites 12 --end-time 9 --samples 64 --quiet --out run.npz";
-    place.says(run);
-    let [silent, asked] = ["--out a", "--out b --dispersion auto"].map(|more| {
-        let words = format!("analyze run.npz --only spacetime --figures none {more}");
-        let output = place.run(&words.split(' ').collect::<Vec<_>>());
-        test_support::place::text(&output.stderr)
-    });
-    assert!(!silent.contains("branches"), "{silent}");
-    assert!(asked.contains("sonic vacuum"), "{asked}");
-    let arrays = place.arrays("a/spectra.npz");
-    assert!(!arrays.contains("dispersion_frequency"));
-}
-
 /// A Python with matplotlib, if there is one.
 fn python() -> Option<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

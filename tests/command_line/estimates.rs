@@ -1,15 +1,14 @@
-//! Every estimate as a stranger runs it: options reach it, and the result is written whole.
+//! Fields for estimates, which sessions use.
 
 use std::f64::consts::TAU;
 
 use ndarray::Array2;
-use serde_json::Value;
 use test_support::fields::noise;
 use test_support::place::Place;
 
 /// Fields of which one thing is known each.
-fn fields() -> Place {
-    let (place, random) = (Place::new(), noise(4100, 12));
+pub fn fields(place: &Place) {
+    let random = noise(4100, 12);
     let mut low = [0.0; 2];
     let quadratic = Array2::from_shape_fn((4096, 2), |(n, j)| {
         low[j] = 0.7 * low[j] + random[[n, 0]];
@@ -67,129 +66,4 @@ fn fields() -> Place {
                  end_time = 60.0\nsamples = 512\n";
     place.write("fput.toml", scene);
     place.says("simulate fput.toml --out fput.npz --quiet");
-    place
-}
-
-/// Command without its figures; a number of its summary, its value and how far off it may be; an array and its shape. A blank
-/// inside of a word is `~`.
-type Case<'a> = (&'a str, &'a str, [f64; 2], &'a str, &'a [usize]);
-
-const CASES: [Case<'_>; 13] = [
-    (
-        "bicoherence quadratic.npy --segment 64 --site 1 --dt 10us",
-        "/strongest/0/biphase",
-        [0.0, 0.5],
-        "bicoherence",
-        &[210],
-    ),
-    (
-        "bicoherence quadratic.npy --transfer 1 --dt 1ms --resamplings 40",
-        "/transfer/shares/held_out_linear",
-        [0.8, 0.2],
-        "along_largest",
-        &[65, 2],
-    ),
-    (
-        "coherence delayed.npy --dt 10us",
-        "/delays/1/delay",
-        [3e-5, 1e-7],
-        "coherence",
-        &[257, 3],
-    ),
-    (
-        "coherence delayed.npy --dt 10us --multitaper 4,7 --reference 1",
-        "/delays/0/delay",
-        [-3e-5, 1e-7],
-        "coherence",
-        &[2049, 3],
-    ),
-    (
-        "increments walk.npy --band 1:8",
-        "/axes/0/exponents/exponents/1",
-        [1.0, 0.05],
-        "space_structure",
-        &[6, 6],
-    ),
-    (
-        "modes wave.npy --segment 128",
-        "/chosen/0/waves/0/wavenumber",
-        [0.7, 0.01],
-        "eigenvalues",
-        &[65, 12],
-    ),
-    (
-        "ridges waves.npy --dt 1ms --dx 1m --fit c*abs(k);~c=1",
-        "/fits/0/parameters/0/value",
-        [2000.0, 10.0],
-        "",
-        &[],
-    ),
-    (
-        "slope law.npy --layout time-site --window none --detrend none --band 0.1:1.5",
-        "/law/slope",
-        [-2.0, 1e-9],
-        "",
-        &[],
-    ),
-    (
-        "slope law.npy --layout time-site --window none --detrend none --band 100rad/m:1.5rad/mm --dx 1mm",
-        "/law/slope",
-        [-2.0, 1e-9],
-        "",
-        &[],
-    ),
-    (
-        "spectrum line.npy --dt 1ms --multitaper 4,7",
-        "/line_test/lines/0/at",
-        [300.0 / 2.048, 1e-9],
-        "jackknife_low",
-        &[1025, 5],
-    ),
-    (
-        "spectrum line.npy --periodogram",
-        "/degrees_of_freedom/median",
-        [2.0, 1e-9],
-        "low",
-        &[1025, 5],
-    ),
-    (
-        "spectrum line.npy --periodogram --along space",
-        "/segment",
-        [5.0, 0.0],
-        "mean_spectrum",
-        &[3],
-    ),
-    ("triads fput.npz", "/law/quadratic", [-0.25, 1e-15], "", &[]),
-];
-
-#[test]
-fn regress_estimates_are_written_with_what_is_known() {
-    let place = fields();
-    for (line, pointer, [expected, within], array, shape) in CASES {
-        let line = format!("{line} --figures png --out result --force");
-        let typed: Vec<String> = line.split(' ').map(|w| w.replace('~', " ")).collect();
-        let typed: Vec<&str> = typed.iter().map(String::as_str).collect();
-        let said = place.good(&typed);
-        assert!(said.starts_with(&format!("{}: ", typed[1])), "{said}");
-        let summary = place.json("result/summary.json");
-        let found = summary.pointer(pointer).and_then(Value::as_f64);
-        let off = (found.unwrap_or(f64::NAN) - expected).abs();
-        assert!(off <= within, "{line}: {found:?}");
-        let name = typed[0];
-        place.has(
-            "result",
-            &format!("report.html {name}.npz figures/{name}.png"),
-        );
-        if !array.is_empty() {
-            let array = place.array::<f64>(&format!("result/{name}.npz"), array);
-            assert_eq!(array.shape(), shape, "{line}");
-        }
-    }
-    let table = place.says("ridges waves.npy --figures none --out ridges");
-    assert!(!table.is_empty());
-    let k = place.array::<f64>("ridges/ridges.npz", "wavenumber");
-    let rows = place.read("ridges/ridges.csv").lines().count();
-    assert_eq!(rows, k.len() + 1);
-    // An existing result is replaced on request.
-    place.refuses_for(2, "modes wave.npy --out ridges", "--force");
 }

@@ -2,50 +2,7 @@
 
 use std::fs;
 
-use test_support::contains_all;
 use test_support::place::Place;
-
-#[test]
-fn help_and_manuals_are_there() {
-    let place = Place::new();
-    let version = place.good(&["--version"]);
-    assert_eq!(version, format!("cascade {}\n", env!("CARGO_PKG_VERSION")));
-    for (words, holds) in [
-        (&["--help"][..], "analyze"),
-        (&["analyze", "--help"], "sidecar"),
-        (&["analyze", "--help"], "--window-time"),
-        (&["analyze", "-h"], "cascade analyze scan.npy"),
-        (&["analyse", "-h"], "--dt"),
-        (&["-h"], "Estimate, with intervals:"),
-        (&["examples"], "growing_harmonic"),
-        (&["completions", "bash"], "complete"),
-        (&["completions", "zsh"], "#compdef cascade"),
-        (&["completions", "fish"], "complete -c cascade"),
-        (&["man"], ".TH"),
-        (&["man", "analyze"], "window\\-time"),
-    ] {
-        let said = place.good(words);
-        assert!(said.contains(holds), "{words:?}: {said}");
-    }
-}
-
-/// What is written is read, in the words that are printed.
-#[test]
-fn examples_are_written_and_lead_to_an_answer() {
-    let place = Place::new();
-    let said = place.good(&["examples", "growing_harmonic"]);
-    let expected = "wrote growing_harmonic.npz; next: cascade analyze growing_harmonic.npz";
-    assert!(said.contains(expected), "{said}");
-    let said = place.says("analyze growing_harmonic.npz --figures none");
-    contains_all(&said, &["energy moves up in frequency along x"]);
-    let said = place.good(&["examples", "linear_chain"]);
-    contains_all(&said, &["cascade simulate linear_chain.toml"]);
-    place.says("scene --check linear_chain.toml");
-    for name in ["growing_harmonic", "linear_chain"] {
-        assert!(place.bad(2, &["examples", name]).contains("--force"));
-        place.good(&["examples", name, "--force"]);
-    }
-}
 
 #[cfg(unix)]
 mod unix {

@@ -178,19 +178,6 @@ fn regress_a_run_larger_than_memory_is_refused() {
 }
 
 #[test]
-fn regress_a_stiff_chain_is_refused_with_its_key() {
-    let place = Place::new();
-    let stiff = "simulate --sites 4 --samples 5 --dashpot 1e5";
-    place.says(&format!("{stiff} --end-time 0.01 --quiet"));
-    let scene = "sites = 4\nsamples = 5\ndashpot = 1e4\nend_time = 1\n";
-    place.write("scene.toml", scene);
-    let said = place.good(&["scene", "--check", "scene.toml"]);
-    contains_all(&said, &["6.7e3 steps", "dashpot"]);
-    let scene = place.says_json("scene --check scene.toml --json");
-    assert_eq!(scene["work"]["limit"], "dashpot");
-}
-
-#[test]
 fn regress_the_time_allowed_ends_a_command() {
     let place = Place::new();
     let long = "simulate --sites 3000 --samples 1000 --max-time 50ms";

@@ -16,6 +16,7 @@ fn inputs() -> Place {
     place.save("holes.npy", &holes);
     place.save("a.npy", &pulse(64, 8));
     place.save("noise.npy", &noise(1024, 8));
+    place.save("narrow.npy", &noise(1024, 3));
     place.save("still.npy", &Array2::<f64>::zeros((64, 4)));
     for (name, text) in [
         ("a.csv", "1,2\n5,1\n2,2\n"),
@@ -32,6 +33,12 @@ fn inputs() -> Place {
             "chain.toml",
             "sites = 6\ncoefficients = [1, 1, 1, 1, 1, 1]\nend_time = 30.0\nsamples = 256\n",
         ),
+        ("units.csv", "time [ms], force [N]\n0, 1\n"),
+        ("twice.csv", "0 1\n1 2\n1 3\n"),
+        ("word.csv", "0;1,5\n1;2,5\n2;x\n"),
+        ("three.csv", "0 1\n1 2\n2 1\n"),
+        ("gap.csv", "0 1\n1 2\n2 1\n3 2\n4 3\n5 4\n30 4\n"),
+        ("five.csv", "0 1\n0 1\n0 1\n0 1\n0 1\n"),
         ("thesis.npz", "mine"),
         ("thesis.nc", "mine"),
     ] {

@@ -59,65 +59,6 @@ fn lines_keep_to_the_width_that_is_stated() {
     }
 }
 
-/// Commands that answer, and the name that the answer begins with.
-const ANSWERS: [(&str, &str); 16] = [
-    ("filter wave.npy --frequency 0:0.1", "wave.npy"),
-    ("coherence wave.npy --figures none", "wave.npy"),
-    ("ridges wave.npy --figures none", "wave.npy"),
-    ("spectrum wave.npy --figures none", "wave.npy"),
-    (
-        "spectrum wave.npy --along both --figures none --out both",
-        "wave.npy",
-    ),
-    ("modes wave.npy --figures none", "wave.npy"),
-    (
-        "bicoherence wave.npy --segment 32 --figures none",
-        "wave.npy",
-    ),
-    ("increments wave.npy --figures none", "wave.npy"),
-    ("slope wave.npy --band 1:6.3 --figures none", "wave.npy"),
-    ("budget run.npz --figures none --force", "run.npz"),
-    (
-        "compare run.npz other.npz --force --figures none",
-        "run.npz and other.npz",
-    ),
-    ("localize", "dimer"),
-    (
-        "attenuate --ratios 2,3,4.9,6 --bodies 6 --target 0.5",
-        "struck chains",
-    ),
-    (
-        "attenuate --sites 7 --against stiffness_ratio=1:4:30",
-        "struck chains",
-    ),
-    (
-        "sweep --sites 5 --end-time 9 --samples 33 --vary stiffness_ratio=1,2",
-        "sweep",
-    ),
-    (
-        "coherence wave.npy --figures none --out two --reference 1",
-        "wave.npy",
-    ),
-];
-
-/// On a terminal of 100 columns the first line is the answer, and a dozen lines are all.
-#[test]
-fn an_answer_and_a_dozen_lines() {
-    let place = place();
-    for (words, name) in ANSWERS {
-        let mut run = place.command(words.split(' '));
-        let output = run.env("COLUMNS", "100").output().unwrap();
-        assert!(output.status.success(), "{words}: {output:?}");
-        let said = text(&output.stdout);
-        assert!(said.starts_with(&format!("{name}: ")), "{words}:\n{said}");
-        assert!(said.lines().count() <= 12, "{words}:\n{said}");
-        let long = said.lines().find(|line| line.chars().count() > 100);
-        assert_eq!(long, None, "{words}:\n{said}");
-        assert!(!said.contains("NaN"), "{words}:\n{said}");
-        assert!(!said.contains("undefined"), "{words}:\n{said}");
-    }
-}
-
 #[test]
 fn colors_are_forced_and_turned_off() {
     let place = place();

@@ -4,15 +4,15 @@
 
 use std::path::Path;
 
-use ndarray::{Array1, Array2, Axis as Dimension, ShapeBuilder};
+use ndarray::{Array2, ShapeBuilder};
 use ndarray_npy::write_npy;
 use test_support::fields::reading;
 use test_support::hostile::Folder;
-use test_support::made::{axis_at as axis, values};
+use test_support::made::values;
 use wavecascade::Field;
-use wavecascade::field::{Axis, Header, Layout, OpenOptions, Quantity, TimeColumn};
+use wavecascade::field::{Axis, Layout, OpenOptions, Quantity};
 
-fn numpy_bytes(name: &str) -> Vec<u8> {
+pub fn numpy_bytes(name: &str) -> Vec<u8> {
     let line = include_str!("../input_formats/numpy.txt")
         .lines()
         .find_map(|line| line.strip_prefix(name)?.strip_prefix(' '))
@@ -69,89 +69,6 @@ fn val_numpy_every_sample_type_byte_order_and_memory_order() {
             }
         }
     }
-}
-
-#[test]
-fn val_numpy_format_versions() {
-    let folder = Folder::new();
-    for version in 1..=3 {
-        let path = folder.write("field.npy", numpy_bytes(&format!("version-{version}")));
-        assert_eq!(values(&open(&path)), numpy_field("f8"));
-    }
-}
-
-#[test]
-fn val_numpy_one_dimension_is_the_record_of_one_site() {
-    let folder = Folder::new();
-    let path = folder.write("record.npy", numpy_bytes("record"));
-    for layout in [Layout::TimeSite, Layout::SiteTime] {
-        let options = reading(|it| it.layout = Some(layout));
-        let field = Field::open(&path, &options).unwrap();
-        let expected = Array1::from_iter((0..4).map(f64::from)).insert_axis(Dimension(1));
-        assert_eq!(values(&field), expected);
-        assert_eq!(site_major(&field), expected.t());
-    }
-}
-
-#[test]
-fn val_numpy_half_precision() {
-    let folder = Folder::new();
-    let field = open(&folder.write("halves.npy", numpy_bytes("halves")));
-    let found = values(&field);
-    let expected = [
-        0.0,
-        -0.0,
-        1.0,
-        -2.5,
-        65504.0,
-        5.960464477539063e-08,
-        6.097555160522461e-05,
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        f64::NAN,
-    ];
-    for (value, expected) in found.iter().zip(expected) {
-        assert_eq!(value.to_bits() >> 52, f64::to_bits(expected) >> 52);
-        assert!(*value == expected || expected.is_nan());
-    }
-}
-
-#[test]
-fn val_numpy_archive_of_a_simulated_run() {
-    let folder = Folder::new();
-    for name in ["run-stored", "run-deflated"] {
-        let path = folder.write("run.npz", numpy_bytes(name));
-        let field = open(&path);
-        assert_eq!(values(&field), numpy_field("f8"), "{name}");
-        let time = Axis {
-            origin: 0.5,
-            step: 0.25,
-            unit: None,
-        };
-        assert_eq!(field.time, time);
-        assert_eq!(field.space, Axis::index());
-        assert_eq!(field.name.as_str(), "run");
-        assert_eq!(field.quantity, Quantity::Velocity);
-
-        let options = OpenOptions {
-            variable: Some("displacement.npy".into()),
-            dt: Some(2.0.into()),
-            ..OpenOptions::default()
-        };
-        let field = Field::open(&path, &options).unwrap();
-        assert_eq!(values(&field), numpy_field("f8") * 2.0, "{name}");
-        assert_eq!((field.time.origin, field.time.step), (0.5, 2.0));
-        assert_eq!(field.quantity, Quantity::Displacement);
-    }
-}
-
-#[test]
-fn val_numpy_archive_with_positions() {
-    let folder = Folder::new();
-    let field = open(&folder.write("run.npz", numpy_bytes("placed")));
-    assert_eq!((field.space.origin, field.space.step), (2.0, 2.0));
-    assert_eq!(field.time, Axis::index());
-    assert_eq!(values(&field), numpy_field("f8"));
 }
 
 #[test]
@@ -246,75 +163,4 @@ fn the_hash_is_that_of_the_bytes() {
     }
     let made = Field::from_array(ndarray::array![[1.0, 2.0]]);
     assert_eq!(made.file_hash(true).unwrap(), None);
-}
-
-fn table(name: &str, text: &str, options: &OpenOptions) -> Field {
-    let folder = Folder::new();
-    Field::open(folder.write(name, text), options).unwrap()
-}
-
-#[test]
-fn tables_in_every_dress_hold_the_same_field() {
-    let expected = ndarray::array![[1.0, -2.5], [0.003, 4.0], [5.0, 6e2]];
-    for (name, text) in [
-        ("a.csv", "1,-2.5\n3e-3,4\n5,600\n"),
-        ("a.csv", "\u{feff}1,-2.5\r\n3e-3,4\r\n5,600"),
-        ("a.csv", "1;-2.5\n\n.003;4.\n# note\n5;6E2\n"),
-        ("a.tsv", "1\t-2.5\n3e-3\t4\n5\t600\n"),
-        ("a.txt", "# np.savetxt\n 1.0   -2.5\n 3e-3 4 \n5 600\n"),
-        ("a.csv", "\"1\",\"-2.5\"\r\"3e-3\", 4\r5,600\r"),
-        ("a.csv", "left,right\n1,-2.5\n3e-3,4\n5,600\n"),
-    ] {
-        let field = table(name, text, &OpenOptions::default());
-        assert_eq!(values(&field), expected, "{text:?}");
-        assert_eq!(field.time, Axis::index());
-        assert_eq!(field.space, Axis::index());
-    }
-    let options = reading(|it| it.layout = Some(Layout::SiteTime));
-    let field = table("a.csv", "1,0.003,5\n-2.5,4,600\n", &options);
-    assert_eq!(values(&field), expected);
-}
-
-#[test]
-fn a_table_states_its_times_and_positions() {
-    let text = "time_ms,0.5,0.75,1.0\n10,1,2,3\n10.25,4,5,6\n10.5,7,8,9\n";
-    let field = table("a.csv", text, &OpenOptions::default());
-    let expected = Array2::from_shape_fn((3, 3), |(n, j)| (3 * n + j + 1) as f64);
-    assert_eq!(values(&field), expected);
-    assert_eq!(field.time, axis(10.0, 0.25, Some("ms")));
-    assert_eq!(field.space, axis(0.5, 0.25, None));
-
-    let options = OpenOptions {
-        dt: Some(0.5.into()),
-        time_unit: Some("s".into()),
-        header: Header::Present,
-        ..OpenOptions::default()
-    };
-    let field = table("a.csv", text, &options);
-    assert_eq!(field.time, axis(10.0, 0.5, Some("s")));
-}
-
-#[test]
-fn a_time_column_may_be_stated() {
-    let text = "0.0,1\n0.1,2\n0.2,3\n";
-    for time_column in [TimeColumn::Index(0), TimeColumn::Name("clock".into())] {
-        let text = match time_column {
-            TimeColumn::Name(_) => format!("clock,v\n{text}"),
-            _ => text.into(),
-        };
-        let options = reading(|it| it.time_column = time_column);
-        let field = table("a.csv", &text, &options);
-        assert_eq!(values(&field), ndarray::array![[1.0], [2.0], [3.0]]);
-        assert_eq!(field.time, axis(0.0, 0.1, None));
-    }
-    let options = reading(|it| it.time_column = TimeColumn::None);
-    let field = table("a.csv", &format!("time,v\n{text}"), &options);
-    assert_eq!((field.n_sites(), field.time), (2, Axis::index()));
-}
-
-#[test]
-fn empty_cells_and_nan_are_gaps() {
-    let field = table("a.csv", "1,,NaN\n,nan,2\n", &OpenOptions::default());
-    let finite: Vec<bool> = values(&field).iter().map(|v| v.is_finite()).collect();
-    assert_eq!(finite, [true, false, false, false, false, true]);
 }

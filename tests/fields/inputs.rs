@@ -8,102 +8,12 @@ use ndarray::Array2;
 use ndarray_npy::NpzWriter;
 use test_support::contains_all;
 use test_support::fields::reading;
-use test_support::made::{axis, fault, open, pulse, savetxt, savez, steps, values};
+use test_support::made::{axis, fault, open, pulse, savez, steps, values};
 use test_support::place::Place;
 use wavecascade::Field;
-use wavecascade::error::{CoordinateKind, InputFault};
-use wavecascade::field::{Axis, Layout, OpenOptions, TimeColumn};
+use wavecascade::field::{Layout, OpenOptions};
 
 use crate::texts;
-
-#[test]
-fn val_numpy_savetxt_with_a_header() {
-    let place = Place::new();
-    let field = pulse(40, 2);
-    // header="time,x0,x1"; "# " comes before it unless comments='' is given.
-    for header in [
-        "# time,x0,x1\n",
-        "time,x0,x1\n",
-        "# time x0 x1\n",
-        "time x0 x1\n",
-        "# run 7\n# time\tx0\tx1\n",
-        "# t (s), left, right\n",
-    ] {
-        for delimiter in [" ", ",", "\t"] {
-            place.write("a.txt", savetxt(header, delimiter, &field, 1e-5));
-            let read = open(&place, "a.txt");
-            assert_eq!(values(&read), field, "{header:?} {delimiter:?}");
-            let unit = header.contains("(s)").then_some("s");
-            assert_eq!(read.time, axis(1e-5, unit), "{header:?} {delimiter:?}");
-            assert_eq!(read.notes, []);
-        }
-    }
-    // Positions as names.
-    let text = savetxt("# time,0.5,0.75\n", ",", &field, 1e-5);
-    place.write("a.txt", text);
-    let space = open(&place, "a.txt").space;
-    assert_eq!((space.origin, space.step), (0.5, 0.25));
-}
-
-#[test]
-fn val_numpy_savetxt_without_a_header() {
-    let place = Place::new();
-    let field = pulse(40, 2);
-    for header in ["", "# a comment\n", "clock,x0,x1\n", "# 1,2,3\n"] {
-        place.write("a.csv", savetxt(header, ",", &field, 2.5e-4));
-        let read = open(&place, "a.csv");
-        assert_eq!(values(&read), field, "{header:?}");
-        assert_eq!(read.time, axis(2.5e-4, None));
-        let said = "the first column holds the times, since it rises evenly by 0.00025";
-        assert_eq!(texts(&read), [said]);
-        let options = reading(|it| it.time_column = TimeColumn::None);
-        let all = Field::open(place.path("a.csv"), &options).unwrap();
-        assert_eq!((all.n_sites(), all.notes.len()), (3, 0));
-    }
-}
-
-#[test]
-fn what_may_be_a_time_column_is_asked_about() {
-    let place = Place::new();
-    for (table, reason) in [
-        // Both columns rise evenly.
-        ("0,1\n1,2\n2,3\n", "rises evenly, and so does another"),
-        // Times of which one is missing.
-        ("0,1\n1,5\n2,1\n3,5\n4,1\n5,5\n7,1\n8,5\n", "rises unevenly"),
-    ] {
-        place.write("a.csv", table);
-        let coordinates = CoordinateKind::Times;
-        let found = fault(&place, "a.csv", &OpenOptions::default());
-        let expected = InputFault::FirstColumn {
-            coordinates,
-            reason,
-        };
-        assert_eq!(found, expected);
-    }
-    // Samples that do not rise, or too few of them to tell.
-    for table in [
-        "0,1\n1,2\n",
-        "3,1\n2,5\n1,2\n",
-        "1\n2\n3\n",
-        "1,2\n2,5\n3.5,1\n",
-    ] {
-        place.write("a.csv", table);
-        let field = open(&place, "a.csv");
-        assert_eq!(field.time, Axis::index(), "{table}");
-        assert_eq!(field.notes, [], "{table}");
-    }
-    // Rows that are sites begin with their positions.
-    let text = "0,1,5,2\n0.5,3,1,1\n1,2,2,7\n";
-    place.write("a.csv", text);
-    let options = reading(|it| it.layout = Some(Layout::SiteTime));
-    let field = Field::open(place.path("a.csv"), &options).unwrap();
-    assert_eq!((field.n_times(), field.n_sites()), (3, 3));
-    assert_eq!(field.space, axis(0.5, None));
-    place.write("a.csv", format!("x_mm,0,2,4\n{text}"));
-    let field = Field::open(place.path("a.csv"), &options).unwrap();
-    assert_eq!(field.space, axis(0.5, Some("mm")));
-    assert_eq!(field.time, axis(2.0, None));
-}
 
 #[test]
 fn val_numpy_savez_with_short_names() {

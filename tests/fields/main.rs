@@ -7,14 +7,13 @@ mod cases;
 mod formats;
 mod hostile;
 mod hostile_npz;
-mod hostile_tables;
 mod inputs;
 mod labelled;
 mod meanings;
 mod random;
+mod read;
 mod resample;
 mod scans;
-mod tables;
 mod written;
 
 /// What is said under this code of how a field was read.

@@ -322,19 +322,3 @@ fn val_closed_form_energies_above_a_frequency() {
     let words = fact(&found, "energies");
     assert!(words.contains("times the measured"), "{words}");
 }
-
-#[test]
-fn regress_what_is_no_record_of_the_chain_is_refused() {
-    let made = made();
-    let field = made.measured(&scene(""));
-    let request = CompareRequest {
-        bodies: Some(vec![1, 2]),
-        ..CompareRequest::default()
-    };
-    let source = SceneSource::new(None, scene(""));
-    let error = request.run(&field, &source, &Silent).unwrap_err();
-    assert!(
-        error.is_usage() && error.to_string().contains("one for each site"),
-        "{error}"
-    );
-}

@@ -178,31 +178,6 @@ fn val_scene_at_uneven_times() {
     assert_near(&found, "stiffness_ratio", 2.0, 1e-7);
 }
 
-/// The same bits on any number of threads.
-#[test]
-fn regress_threads_change_no_bit() {
-    let made = Measurement::of(&[2, 7], 200, 14.0);
-    let field = made.measured(&chain(2.0, 1.0, 0.01));
-    let scene = SceneSource::new(None, chain(1.8, 1.0, 0.02));
-    let mut request = made.request(&["stiffness_ratio=1..3", "tangent=0..0.1"]);
-    request.starts = 3;
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        let found = pool
-            .install(|| request.run(&field, &scene, &Silent))
-            .unwrap();
-        found
-            .values
-            .iter()
-            .flat_map(|v| [v.value.to_bits(), v.low.to_bits()])
-            .collect::<Vec<_>>()
-    };
-    assert_eq!(on(1), on(3));
-}
-
 /// Spectra of what is left are densities: their integral is the mean square, at odd and even numbers of samples.
 #[test]
 fn val_parseval_spectra_of_the_residual() {

@@ -243,48 +243,6 @@ fn regress_combinations_and_threads() {
     assert!((speed.mean_speed * speed.time_of_flight.value - 10.0).abs() < 1e-14);
 }
 
-#[test]
-fn what_cannot_be_is_said_before_any_work() {
-    let bad = |change: &dyn Fn(&mut AttenuationRequest), named: &str| {
-        let mut request = request(vec![dimer(2.0)]);
-        change(&mut request);
-        let error = request.run(None, &Silent).unwrap_err();
-        assert!(error.is_usage(), "{named}: {error}");
-        assert!(error.to_string().contains(named), "{named}: {error}");
-    };
-    bad(&|r| r.chains.clear(), "chains");
-    bad(&|r| r.length = 1, "bodies");
-    bad(&|r| r.senses.clear(), "sense");
-    bad(&|r| r.target = Some(1.5), "target");
-    bad(&|r| r.lengths = Some(vec![0]), "lengths");
-    bad(&|r| r.lengths = Some(vec![]), "lengths");
-    bad(
-        &|r| r.chains[0].scene = scene("sites = 9\nstiffness_ratio = 2.0\nends = \"free\""),
-        "a wall",
-    );
-    bad(&|r| r.band_edge_frequency = Some(-1.0), "band-edge");
-    bad(
-        &|r| r.chains[0].scene = scene("sites = 5\nstiffness_ratio = 0.2"),
-        "stiffness_ratio",
-    );
-    bad(
-        &|r| r.chains[0].scene = scene("sites = 5\nends = \"periodic\"\nend_time = 3.0"),
-        "ends",
-    );
-    for (over, vary, named) in [
-        ("ends=wall,free", "sites=5,9", "against"),
-        ("stiffness=1,2", "sites=5,9", "stiffness"),
-        ("stiffness_ratio=1,2", "stiffness_ratio=3,4", "vary"),
-        ("stiffness_ratio=0.5,2", "sites=5,9", "stiffness_ratio"),
-    ] {
-        let mut request = TransmissionRequest::new(scene("sites = 9\nstiffness_ratio = 2.0"), over);
-        request.vary.push(vary.into());
-        let error = request.run(None, &Silent).unwrap_err();
-        assert!(error.is_usage(), "{over}: {error}");
-        assert!(error.to_string().contains(named), "{over}: {error}");
-    }
-}
-
 /// A cancelled computation stops, and saves its results where it has a directory.
 #[test]
 fn an_observer_stops_it() {

@@ -117,33 +117,26 @@ impl Observer for Impatient {
 }
 
 #[test]
-fn regress_bad_scans_are_refused_and_stopped() {
+fn regress_scans_are_stopped() {
+    let (family, cells) = (Family::default(), 60);
     let scan = LeakScan {
-        family: Family::default(),
-        cells: 60,
+        family,
+        cells,
         local_error: 1e-8,
     };
     for ratio in [0.0, -2.0, f64::NAN, f64::INFINITY] {
-        assert!(
-            scan.run(&[2.0, ratio], &Silent).unwrap_err().is_usage(),
-            "{ratio}"
-        );
+        let error = scan.run(&[2.0, ratio], &Silent).unwrap_err();
+        assert!(error.is_usage(), "{ratio}");
     }
-    let short = LeakScan { cells: 29, ..scan };
-    assert!(short.run(&[2.0], &Silent).unwrap_err().is_usage());
     let stopped = scan.curve(&[2.0, 3.0, 4.0], &Impatient);
     assert!(matches!(stopped, Err(Error::Cancelled)));
     let comparison = Comparison {
-        family: Family::default(),
+        family,
         orders: 1..=2,
         cells: None,
         cylinders: None,
     };
     assert!(matches!(comparison.run(&Impatient), Err(Error::Cancelled)));
-    for orders in [0..=2, 1..=61] {
-        let wrong = changed(comparison.clone(), |it| it.orders = orders);
-        assert!(wrong.run(&Silent).unwrap_err().is_usage());
-    }
 }
 
 /// Forces that two minima and the maximum between them take.

@@ -1,7 +1,6 @@
 //! Localized waves against the paper, an independent program, finite differences, conservation laws
 //! and chains.
 
-use test_support::changed;
 use wavecascade::localized::{Alternation, Family, PUBLISHED, SlowWave, Wave};
 use wavecascade::observer::Silent;
 
@@ -202,28 +201,5 @@ fn val_other_exponents() {
             assert!(travel.shape_change < 1e-9, "{travel:?}");
             assert!(travel.leak < 1e-18, "{travel:?}");
         }
-    }
-}
-
-#[test]
-fn regress_bad_requests_are_refused() {
-    let family = Family::default();
-    assert!(family.search(0).unwrap_err().is_usage());
-    assert!(family.search(2).unwrap().wave(3).unwrap_err().is_usage());
-    for exponent in [1.0, 0.5, f64::NAN, f64::INFINITY] {
-        let family = Family { exponent, ..family };
-        assert!(family.search(2).unwrap_err().is_usage(), "{exponent}");
-    }
-    let other = changed(family, |it| it.exponent = 2.0);
-    let slow = SlowWave::exact(1.5).unwrap();
-    assert!(other.estimates(&slow, 2).unwrap_err().is_usage());
-    // Too wide, or too fast, for any grid: an error rather than a wrong number.
-    let wide = changed(family, |it| it.exponent = 1.02);
-    for (family, order) in [(wide, 1), (family, 130)] {
-        let error = family
-            .search(order)
-            .and_then(|s| s.wave(order))
-            .unwrap_err();
-        assert!(!error.is_usage(), "{error}");
     }
 }

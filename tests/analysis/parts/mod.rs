@@ -188,23 +188,6 @@ fn regress_parts_of_filled_records_have_the_intervals_of_the_whole() {
     }
 }
 
-/// In little memory, with few threads.
-#[test]
-fn regress_blocks_and_threads_do_not_move_a_bit_of_parts() {
-    let fields = shots(2, 4001);
-    let fields: Vec<&Field> = fields.iter().collect();
-    let request = welch(64, 32);
-    let small = SpectrumRequest {
-        threads: Some(1),
-        memory: Some(2 << 20),
-        ..request.clone()
-    };
-    let [large, small] = [request, small].map(|of| parts_of(&fields, &of.into(), 5));
-    for (large, small) in large.iter().zip(small) {
-        assert!(large.sums == small.sums);
-    }
-}
-
 /// Samples outside of a part are not read: here they are not finite.
 #[test]
 fn regress_a_part_reads_its_own_samples_alone() {

@@ -119,6 +119,11 @@ impl Congruential {
     pub fn gaussian(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum()
     }
+
+    /// With variance 1.
+    pub fn normal(&mut self) -> f64 {
+        0.5 * self.gaussian()
+    }
 }
 
 /// A field of normal noise, from a fixed generator.

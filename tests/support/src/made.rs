@@ -52,18 +52,6 @@ pub fn pulse(times: usize, sites: usize) -> Array2<f64> {
     })
 }
 
-/// `numpy.savetxt(path, numpy.column_stack([t, v]))`, numbers by `%.18e`.
-pub fn savetxt(header: &str, delimiter: &str, field: &Array2<f64>, dt: f64) -> String {
-    let mut text = header.to_owned();
-    for (n, row) in field.rows().into_iter().enumerate() {
-        let time = n as f64 * dt;
-        let numbers = std::iter::once(&time).chain(row);
-        let cells: Vec<String> = numbers.map(|v| format!("{v:.18e}")).collect();
-        text += &format!("{}\n", cells.join(delimiter));
-    }
-    text
-}
-
 pub fn savez<T: WritableElement + Clone>(
     place: &Place,
     name: &str,

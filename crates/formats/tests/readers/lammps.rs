@@ -3,9 +3,7 @@
 use serde_json::Value as Json;
 use std::fmt::Write;
 use std::sync::Arc;
-use wavecascade_formats::{
-    Container, Coordinate, Error, Format, Options, Result, SampleType, Value, open,
-};
+use wavecascade_formats::{Container, Error, Format, Options, Result, SampleType, Value, open};
 
 use super::common::{self, values};
 
@@ -87,65 +85,22 @@ fn val_lammps_times_and_units() {
         let wanted = frame["time"].as_f64().unwrap();
         assert!((found - wanted).abs() <= 1e-15 * wanted, "{found} {wanted}");
     }
-    let units = |container: &Container, path: &str| {
-        let variable = &container.variables[container.find(path).unwrap()];
-        variable.attributes.text("units").map(str::to_owned)
-    };
-    for (path, unit) in [
-        ("vx", "m/s"),
-        ("x", "m"),
-        ("fx", "N"),
-        ("radius", "m"),
-        ("time", "s"),
-        ("first/x", "m"),
-    ] {
-        assert_eq!(units(&container, path).as_deref(), Some(unit), "{path}");
-    }
-    let vx = &container.variables[container.find("vx").unwrap()];
-    assert_eq!(vx.dimensions[0].coordinate, Some(Coordinate::Listed(time)));
-    assert_eq!(vx.attributes.text("standard_name"), Some("velocity"));
-    let style = container.attributes.text("lammps_units");
-    assert_eq!(style, Some("si"));
-    assert_eq!(container.attributes.text("boundary"), Some("ff pp pp"));
-
-    // Angstrom is no unit of the program, but a label of the axis.
-    let metal = opened("scaled.lammpstrj");
-    assert_eq!(units(&metal, "vz").as_deref(), Some("Angstrom/ps"));
-    assert_eq!(units(&metal, "zs"), None);
-
-    // Without times the steps count.
-    let without = opened("six_digits.lammpstrj");
-    assert!(without.find("time").is_none());
-    let vx = &without.variables[without.find("vx").unwrap()];
-    let step = without.find("step").unwrap();
-    assert_eq!(vx.dimensions[0].coordinate, Some(Coordinate::Listed(step)));
-    assert_eq!(values(&without, "step"), [0.0, 20.0, 40.0, 60.0]);
-    assert_eq!(units(&without, "vx"), None);
 }
 
 #[test]
 fn val_lammps_atoms_of_a_row_are_in_its_order() {
     let container = opened("granular.lammpstrj");
     let x = container.find("first/x").unwrap();
-    let vx = &container.variables[container.find("vx").unwrap()];
-    assert_eq!(vx.dimensions[1].coordinate, Some(Coordinate::Listed(x)));
-    let ids = values(&container, "id");
-    assert_eq!(ids, [9.0, 8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0]);
     let mut wanted = of_frame(&frames("granular.lammpstrj")[0], "x", 0);
     wanted.reverse();
     assert_eq!(container.numbers(x).unwrap(), wanted);
 
     let scaled = opened("scaled.lammpstrj");
     let z = scaled.find("first/z").unwrap();
-    let zs = &scaled.variables[scaled.find("zs").unwrap()];
-    assert_eq!(zs.dimensions[1].coordinate, Some(Coordinate::Listed(z)));
     let wanted = of_frame(&frames("scaled.lammpstrj")[0], "x", 2);
     for (found, wanted) in scaled.numbers(z).unwrap().iter().zip(wanted) {
         assert!((found - wanted).abs() <= 1e-14);
     }
-    // Shares of a tilted box are no positions along its axes.
-    let tilted = opened("tilted.lammpstrj");
-    assert!(tilted.find("first/z").is_none());
 
     let unwrapped = opened("six_digits.lammpstrj");
     assert_eq!(values(&unwrapped, "first/z")[11], 11.5);

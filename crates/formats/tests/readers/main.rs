@@ -1,6 +1,7 @@
 //! Readers of every format against other programs that read and write it, and on damaged files.
 
 mod common;
+mod facts;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 mod lammps;

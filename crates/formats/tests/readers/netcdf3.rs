@@ -3,34 +3,11 @@
 use std::sync::Arc;
 
 use super::common::{compare_all, files, open_bytes};
-use wavecascade_formats::{Coordinate, Error, Format, Options, Value, open};
+use wavecascade_formats::{Error, Format, Options, open};
 
 #[test]
 fn val_netcdf4_every_variable() {
     compare_all("netcdf3", 6);
-}
-
-#[test]
-fn val_definition_attributes_and_coordinates() {
-    for (name, bytes, _) in files("netcdf3") {
-        let container = open_bytes(&name, &bytes);
-        let Some(v) = container.find("v") else {
-            assert!(name.starts_with("single"));
-            continue;
-        };
-        assert_eq!(container.attributes.text("title"), Some("a test"));
-        let v = &container.variables[v];
-        assert_eq!(v.attributes.text("units"), Some("m/s"));
-        assert_eq!(v.attributes.number("scale_factor"), Some(0.01));
-        let range = v.attributes.get("valid_range");
-        assert_eq!(range, Some(&Value::Integers(vec![-99, 99])));
-        let listed = |name| container.find(name).map(Coordinate::Listed);
-        let names = ["time", "y", "x"];
-        for (dimension, name) in v.dimensions.iter().zip(names) {
-            assert_eq!(dimension.name.as_deref(), Some(name));
-            assert_eq!(dimension.coordinate, listed(name));
-        }
-    }
 }
 
 /// One byte each along `n`, 250 to 255 and 0, with attributes as NetCDF writes unsigned ones.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use serde_json::Value as Json;
 use wavecascade_formats::{
-    ByteOrder, Container, Coordinate, Error, Format, Options, Place, Sample, SampleType, Strided,
-    Value, Variable, open,
+    ByteOrder, Container, Coordinate, Error, Format, Options, Sample, SampleType, Value, Variable,
+    open,
 };
 
 use super::common::{self, open_bytes};
@@ -21,11 +21,6 @@ fn peer() -> HashMap<String, Vec<Json>> {
 
 fn opened(name: &str) -> Container {
     open_bytes(name, &file(name))
-}
-
-fn found<'a>(container: &'a Container, path: &str) -> &'a Variable {
-    let place = container.find(path);
-    &container.variables[place.unwrap_or_else(|| panic!("{path} is listed"))]
 }
 
 fn texts(variable: &Variable, name: &str) -> Vec<String> {
@@ -170,129 +165,6 @@ fn val_nptdms_every_channel() {
         }
     }
     assert_eq!(channels, 84);
-}
-
-#[test]
-fn val_nptdms_a_field_with_its_axes() {
-    let container = opened("field.tdms");
-    let scan = found(&container, "scan");
-    assert_eq!(scan.shape(), [3, 20]);
-    assert!(matches!(&scan.place, Place::Strided(Strided { strides, .. }) if *strides == [160, 8]));
-    assert_eq!(texts(scan, "channels"), ["p0", "p1", "p2"]);
-    assert_eq!(texts(scan, "sensor"), ["s0", "s1", "s2"]);
-    let attributes = &scan.attributes;
-    assert_eq!(attributes.text("units"), Some("mm/s"));
-    assert_eq!(attributes.text("long_name"), Some("vibrometer"));
-    let start = attributes.text("start_time");
-    assert_eq!(start, Some("2026-03-04T05:06:07.00025"));
-    assert_eq!(
-        attributes.get("gain"),
-        Some(&Value::Integers(vec![0, 1, 2]))
-    );
-    assert_eq!(attributes.get("p1/only"), Some(&Value::Integers(vec![1])));
-    // A property that only looks like a scale of the samples.
-    assert_eq!(attributes.get("scale_factor"), None);
-    assert_eq!(attributes.number("property scale_factor"), Some(2.0));
-    let position = container.find("scan/position").unwrap();
-    assert_eq!(
-        scan.dimensions[0].coordinate,
-        Some(Coordinate::Listed(position))
-    );
-    assert_eq!(container.numbers(position).unwrap(), [0.5, 1.0, 1.5]);
-    let unit = container.variables[position].attributes.text("units");
-    assert_eq!(unit, Some("mm"));
-    let file = &container.attributes;
-    assert_eq!(file.text("title"), Some("a test"));
-    assert_eq!(file.text("at"), Some("2026-03-04T05:06:07"));
-    assert_eq!(file.number("big"), Some(2f64.powi(63)));
-    assert_eq!(file.text("/scan/operator"), Some("me"));
-    assert_eq!(file.get("incomplete"), None);
-}
-
-#[test]
-fn regress_channels_of_times_and_positions() {
-    let container = opened("field.tdms");
-    let listed = |path| container.find(path).map(Coordinate::Listed);
-    let log = found(&container, "log");
-    assert_eq!(log.dimensions[1].name.as_deref(), Some("time"));
-    assert_eq!(log.dimensions[1].coordinate, listed("log/Time"));
-    let table = found(&container, "table");
-    assert_eq!(table.dimensions[1].coordinate, listed("table/Time (ms)"));
-    let time = found(&container, "table/Time (ms)");
-    assert_eq!(time.attributes.text("units"), Some("ms"));
-    // Positions that fall are listed, but no coordinate.
-    assert_eq!(table.dimensions[0].coordinate, None);
-    let x = container.find("table/x").unwrap();
-    assert_eq!(container.numbers(x).unwrap(), [3.0, 1.0]);
-    // Positions in several units are not.
-    assert_eq!(container.find("sets/1/x"), None);
-    let first = found(&container, "sets/1");
-    assert!(first.attributes.text("positions").is_some());
-    assert_eq!(first.dimensions[1].name.as_deref(), Some("sample"));
-    assert_eq!(found(&container, "sets/2").shape(), [2, 2]);
-}
-
-#[test]
-fn regress_samples_stay_in_place() {
-    for (name, path, shape, strides) in [
-        (
-            "interleaved.tdms",
-            "g",
-            [12, 3].as_slice(),
-            Some(vec![12, 4]),
-        ),
-        ("interleaved_segments.tdms", "g", &[12, 3], None),
-        ("cut.tdms", "g/a", &[12], None),
-        ("device_alike.tdms", "g", &[12, 3], Some(vec![8, 2])),
-        ("big.tdms", "g", &[2, 9], None),
-        // The description comes with the first samples, or before them.
-        ("ticks.tdms", "g", &[10, 2], Some(vec![44, 8])),
-        ("ticks_even.tdms", "g", &[9, 2], Some(vec![44, 8])),
-    ] {
-        let container = opened(name);
-        let variable = found(&container, path);
-        assert_eq!(variable.shape(), shape, "{name}");
-        let in_place = match &variable.place {
-            Place::Strided(strided) => Some(strided.strides.clone()),
-            Place::Encoded { .. } => None,
-        };
-        assert_eq!(in_place, strides, "{name}");
-    }
-}
-
-#[test]
-fn regress_what_a_stopped_writer_left_is_told() {
-    for (name, is_incomplete) in [
-        ("cut.tdms", true),
-        ("cut_long.tdms", true),
-        ("cut_interleaved.tdms", true),
-        ("cut_lead.tdms", true),
-        ("cut_short.tdms", true),
-        ("short_chunk.tdms", false),
-        ("segments.tdms", false),
-    ] {
-        let told = opened(name).attributes.text("incomplete").is_some();
-        assert_eq!(told, is_incomplete, "{name}");
-    }
-}
-
-#[test]
-fn regress_scalings() {
-    let container = opened("scaled.tdms");
-    let alike = found(&container, "alike");
-    assert_eq!(alike.sample_type.number(), Some(Sample::I16));
-    assert_eq!(alike.attributes.number("scale_factor"), Some(3e-3));
-    assert!(matches!(alike.place, Place::Strided(_)));
-    let each = found(&container, "each");
-    assert_eq!(each.sample_type.number(), Some(Sample::F64));
-    assert_eq!(each.attributes.number("scale_factor"), None);
-    let flat = found(&container, "flat/a");
-    assert_eq!(flat.attributes.number("scale_factor"), Some(0.3));
-    let unscaled = found(&opened("device.tdms"), "g/unscaled")
-        .sample_type
-        .clone();
-    let what = SampleType::Other("samples of a DAQmx device without a scaling".into());
-    assert_eq!(unscaled, what);
 }
 
 #[test]
