@@ -105,21 +105,16 @@ impl Alignment {
     pub(super) fn note(&self, reference: Option<(&str, f64)>) -> Option<Note> {
         let (shortest, longest) = (self.lengths.iter().min()?, self.lengths.iter().max()?);
         let delays = || self.shifts.iter().map(|shift| 0.0 - shift.total());
-        let range = [
-            delays().fold(f64::INFINITY, f64::min),
-            delays().fold(f64::NEG_INFINITY, f64::max),
-        ];
+        let range = [delays().reduce(f64::min)?, delays().reduce(f64::max)?];
         if *longest == self.n_times && range == [0.0, 0.0] && reference.is_none() {
             return None;
         }
         let rounded = |value: f64| digits((value * 1e4).round() / 1e4);
-        let by = match reference {
-            Some((name, least)) => {
-                let least = rounded(least);
-                format!("the delay of {name:?} (correlation coefficients from {least})")
-            }
-            None => "their times".into(),
-        };
+        let by = reference.map(|(name, least)| {
+            let least = rounded(least);
+            format!("the delay of {name:?} (correlation coefficients from {least})")
+        });
+        let by = by.unwrap_or("their times".into());
         let lengths = match shortest == longest {
             true => shortest.to_string(),
             false => format!("{shortest} to {longest}"),
@@ -133,10 +128,11 @@ impl Alignment {
         let largest = |of: fn(&Shift) -> f64| self.shifts.iter().map(of).fold(0.0, f64::max);
         let left = largest(|shift| shift.left.abs());
         let errors = |method: Interpolation| {
-            let fractions = self.shifts.iter().map(|shift| shift.fraction.abs());
-            fractions
-                .map(|fraction| method.error(fraction))
-                .fold(0.0, f64::max)
+            let errors = self
+                .shifts
+                .iter()
+                .map(|shift| method.error(shift.fraction.abs()));
+            errors.fold(0.0, f64::max)
         };
         let error = self.method.map_or(0.0, errors);
         let is_resampled = largest(|shift| shift.fraction.abs()) > 0.0;

@@ -89,8 +89,8 @@ impl Listing {
         for other in &all[1..] {
             if !all[0].agrees(other) {
                 let [first, other] = [&all[0], other].map(|of| {
-                    let ends = [of.values.first(), of.values.last()];
-                    let [first, last] = ends.map(|end| digits(end.copied().unwrap_or(f64::NAN)));
+                    let end = |end: Option<&f64>| digits(end.copied().unwrap_or(f64::NAN));
+                    let (first, last) = (end(of.values.first()), end(of.values.last()));
                     format!("`{}` from {first} to {last}{}", of.place, spaced(&of.unit))
                 });
                 return Err(contradiction("clock", first, other));
@@ -167,21 +167,15 @@ impl<D: Dimension + Copy> AxisBeside<D> {
             .in_unit(unit.as_deref().unwrap_or_default())
             .unwrap_or(stated.value);
         let is_other = |found: &f64| (found - step).abs() > SAME_STEP * step;
-        let own = even.step.filter(is_other).map(|found| {
-            format!(
-                "that of the coordinates, {}{}",
-                digits(found),
-                spaced(&even.unit)
-            )
-        });
+        let own = even.step.filter(is_other);
+        let own = own.map(|found| digits(found) + &spaced(&even.unit));
+        let own = own.map(|found| format!("that of the coordinates, {found}"));
         let others = others.iter().filter(|known| !known.agrees(stated));
         let others = others.map(|known| known.statement.shown());
         let all: Vec<String> = own.into_iter().chain(others).collect();
-        let (step, what) = (digits(step) + &spaced(&unit), self.what);
-        let text = format!(
-            "the stated {what}, {step}, takes the place of {}",
-            all.join(" and ")
-        );
+        let (step, what, others) = (digits(step), self.what, all.join(" and "));
+        let step = step + &spaced(&unit);
+        let text = format!("the stated {what}, {step}, takes the place of {others}");
         (!all.is_empty()).then(|| Note::told("replaced", text))
     }
 
@@ -231,9 +225,8 @@ impl<D: Dimension + Copy> AxisBeside<D> {
                     (_, false) => is_same(step, known.measure.value),
                 };
                 if !is_it {
-                    let unit = even.unit.clone().unwrap_or_default();
-                    let own = format!("steps of {} {unit}", digits(step));
-                    let own = format!("{} in `{place}`", own.trim_end());
+                    let step = digits(step) + &spaced(&even.unit);
+                    let own = format!("steps of {step} in `{place}`");
                     return Err(contradiction(self.what, own, known.statement.shown()));
                 }
                 if even.unit.is_none() && known.measure.has_unit {
@@ -248,13 +241,9 @@ impl<D: Dimension + Copy> AxisBeside<D> {
                 let of_axis = of_axis.filter(|unit| own.is_none() || symbol::<D>(unit).is_some());
                 even.unit = even.unit.take().or(of_axis).or(own);
                 let step = known.in_unit(even.unit.as_deref());
-                even.origin =
-                    even.origin
-                        .filter(|first| *first != 0.0)
-                        .map(|first| match is_count {
-                            true => first * step,
-                            false => first,
-                        });
+                let size = if is_count { step } else { 1.0 };
+                let origin = even.origin.filter(|first| *first != 0.0);
+                even.origin = origin.map(|first| first * size);
                 even.step = Some(step);
                 notes.push(known.statement.note(known.what));
             }
@@ -264,14 +253,11 @@ impl<D: Dimension + Copy> AxisBeside<D> {
         if *even == Coordinates::default() {
             return Ok(listed);
         }
-        match (&self.origin, even.origin) {
-            (Some(known), None) => {
-                even.origin = Some(known.in_unit(even.unit.as_deref()));
-            }
-            (Some(known), Some(first)) if known.in_unit(even.unit.as_deref()) != first => {
+        if let Some(known) = &self.origin {
+            let stated = known.in_unit(even.unit.as_deref());
+            if *even.origin.get_or_insert(stated) != stated {
                 notes.push(unused(&known.statement.shown()));
             }
-            _ => {}
         }
         Ok(listed)
     }
@@ -286,11 +272,8 @@ fn agreed<D: Dimension + Copy>(
         return Ok(None);
     };
     if let Some(other) = all.iter().find(|other| !first.agrees(&other.measure)) {
-        return Err(contradiction(
-            what,
-            first.statement.shown(),
-            other.statement.shown(),
-        ));
+        let [first, other] = [first, other].map(|known| known.statement.shown());
+        return Err(contradiction(what, first, other));
     }
     let best = all.iter().position(|known| known.measure.has_unit);
     Ok(Some(all.swap_remove(best.unwrap_or(0))))

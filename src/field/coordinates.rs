@@ -123,11 +123,11 @@ impl Coordinates {
         let tolerance = (EVENNESS * (last - first) + rounding).min(step / 20.0);
         let apart = |i: usize| values[i] - (first + i as f64 * step);
         let even = |step: f64| Coordinates::even(values, step);
-        let line = Line::through(values);
+        let (of_line, deviation) = line(values);
         let mut coarse = None;
         if !(0..n).all(|i| apart(i).abs() <= tolerance) {
-            let index = largest(n, |i| line.deviation(i, values[i]).abs());
-            let deviation = line.deviation(index, values[index]);
+            let index = largest(n, |i| deviation(i).abs());
+            let deviation = deviation(index);
             // Half of the rounding from the line that was meant, which this one is near. Numbers of many
             // printed digits are rounded once more.
             let roundings = [rounding, Sample::F64.spacing(values)];
@@ -145,14 +145,14 @@ impl Coordinates {
                     false => Err(worst_step(values, false)),
                 };
             }
-            let share = deviation / line.step;
+            let share = deviation / of_line;
             coarse = Some(Jitter { share, index });
         }
         let rounding = rounding.max(Sample::F64.spacing(values));
         // Where each value is exact, so are the first and the last.
         let found = match rounding < 1e-6 * step {
             true => step,
-            false => line.step,
+            false => of_line,
         };
         let found = meant(found, 1.5 * rounding / (n - 1) as f64);
         Ok((even(found), coarse))
@@ -184,14 +184,11 @@ impl Coordinates {
         }
         let uneven = match Coordinates::fit_within(values, rounding, rules.jitter) {
             Ok((even, jitter)) => {
-                return Ok(Listed {
-                    even,
-                    // More than is taken for jitter was explained by rounding.
-                    note: jitter.map(|jitter| {
-                        Note::jitter(axis, jitter, jitter.share.abs() > rules.jitter)
-                    }),
-                    resampling: None,
-                });
+                // More than is taken for jitter was explained by rounding.
+                let is_rounding = |jitter: Jitter| jitter.share.abs() > rules.jitter;
+                let note = jitter.map(|jitter| Note::jitter(axis, jitter, is_rounding(jitter)));
+                let listed = Listed::of(even);
+                return Ok(Listed { note, ..listed });
             }
             Err(uneven) => uneven,
         };
@@ -213,17 +210,11 @@ impl Coordinates {
         let index = largest(values.len(), |i| shift(i).abs());
         let places = (0..values.len()).map(place);
         let resampling = Interpolant::new(method, values.to_vec(), places);
+        let share = shift(index);
+        let note = resampled(axis, method, Jitter { share, index }, resampling.error());
         Ok(Listed {
             even: even(step),
-            note: Some(resampled(
-                axis,
-                method,
-                Jitter {
-                    share: shift(index),
-                    index,
-                },
-                resampling.error(),
-            )),
+            note: Some(note),
             resampling: Some(resampling),
         })
     }
@@ -268,24 +259,17 @@ impl Coordinates {
         let unit = unit
             .or(self.unit)
             .map(|unit| measure::symbol_or::<D>(&unit));
-        let is_typed = |measure: &Option<Measure<D>>| measure.as_ref().is_some_and(|m| m.has_unit);
-        let unit = match unit {
-            None if is_typed(&origin) || is_typed(&step) => Some(D::UNITS[0].0.to_owned()),
-            unit => unit,
-        };
+        let typed = |measure: &Option<Measure<D>>| measure.as_ref().is_some_and(|one| one.has_unit);
+        let is_typed = typed(&origin) || typed(&step);
+        let unit = unit.or_else(|| is_typed.then(|| D::UNITS[0].0.to_owned()));
         let convert = |measure: Measure<D>| {
             let found = unit.clone().unwrap_or_default();
-            measure
-                .in_unit(&found)
-                .ok_or_else(|| InputFault::UnitOfAxis {
-                    expected: measure::units::<D>(),
-                    found,
-                })
+            let expected = measure::units::<D>();
+            let converted = measure.in_unit(&found);
+            converted.ok_or(InputFault::UnitOfAxis { expected, found })
         };
-        let (origin, step) = (
-            origin.map(convert).transpose()?,
-            step.map(convert).transpose()?,
-        );
+        let origin = origin.map(convert).transpose()?;
+        let step = step.map(convert).transpose()?;
         let counted = Axis::index();
         Ok(Axis {
             origin: origin.or(self.origin).unwrap_or(counted.origin),
@@ -295,41 +279,20 @@ impl Coordinates {
     }
 }
 
-/// The line of least squares through values by their index.
-struct Line {
-    /// The first value, from which others count: no digits go to what all have in common.
-    first: f64,
-    /// The index in the middle, and the line there.
-    centre: f64,
-    middle: f64,
-    step: f64,
-}
-
-impl Line {
-    /// The line through at least two values.
-    fn through(values: &[f64]) -> Line {
-        let (first, n) = (values[0], values.len() as f64);
-        let centre = (n - 1.0) / 2.0;
-        let counted = || {
-            (0u32..)
-                .map(f64::from)
-                .zip(values.iter().map(|value| value - first))
-        };
-        let middle = counted().map(|(_, value)| value).sum::<f64>() / n;
-        let moment: f64 = counted()
-            .map(|(i, value)| (i - centre) * (value - middle))
-            .sum();
-        Line {
-            first,
-            centre,
-            middle,
-            step: moment / (n * (n * n - 1.0) / 12.0),
-        }
-    }
-
-    fn deviation(&self, index: usize, value: f64) -> f64 {
-        (value - self.first) - (self.middle + (index as f64 - self.centre) * self.step)
-    }
+/// The step of the line of least squares through at least two values by their index, and by what they deviate from it.
+fn line(values: &[f64]) -> (f64, impl Fn(usize) -> f64 + '_) {
+    // All count from the first: no digits go to what they have in common.
+    let (first, n) = (values[0], values.len() as f64);
+    let centre = (n - 1.0) / 2.0;
+    let apart = values.iter().map(move |value| value - first);
+    let middle = apart.clone().sum::<f64>() / n;
+    let places = (0u32..).map(f64::from).zip(apart);
+    let moment: f64 = places
+        .map(|(i, apart)| (i - centre) * (apart - middle))
+        .sum();
+    let step = moment / (n * (n * n - 1.0) / 12.0);
+    let on_line = move |i: usize| middle + (i as f64 - centre) * step;
+    (step, move |i| (values[i] - first) - on_line(i))
 }
 
 /// The last index below `n` of the largest value.

@@ -28,16 +28,14 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
     if !rows.next(&mut record)? {
         return Err(InputFault::NoRows.into());
     }
-    let stated = source.options.header;
-    let preamble = preamble(source, &mut rows, &mut record)?;
-    let header = match &preamble.names {
-        Some(names) => Some(header::of_line(names.clone(), &rows, &record)),
-        None if stated == Header::Detect => header::of_comments(
-            &source.bytes,
-            record.len(),
-            source.layout(),
-            &source.options.time_column,
-        ),
+    let options = source.options;
+    let mut preamble = preamble(source, &mut rows, &mut record)?;
+    let header = match preamble.names.take() {
+        Some(names) => Some(header::of_line(names, &rows, &record)),
+        None if options.header == Header::Detect => {
+            let (layout, asked) = (source.layout(), &options.time_column);
+            header::of_comments(&source.bytes, record.len(), layout, asked)
+        }
         None => None,
     };
     let width = header.as_ref().map_or(record.len(), ByteRecord::len);
@@ -45,6 +43,12 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
     let mut names: Vec<String> = names.collect();
     let has_names = !names.is_empty();
     names.resize(width, String::new());
+    let mut notes = Vec::new();
+    if preamble.rows > 0 {
+        let rows = measure::counted(preamble.rows, "row");
+        let text = format!("read as settings, not as names or samples: the first {rows}");
+        notes.push(Note::told("preamble", text));
+    }
     let mut table = Table {
         source,
         rows_are_times: source.layout() == Layout::TimeSite,
@@ -54,30 +58,19 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         values: Vec::new(),
         lines: Vec::new(),
         rounding: f64::INFINITY,
-        notes: match preamble.rows {
-            0 => Vec::new(),
-            rows => {
-                let rows = measure::counted(rows, "row");
-                let text = format!("read as settings, not as names or samples: the first {rows}");
-                vec![Note::told("preamble", text)]
-            }
-        },
+        notes,
         preamble,
         has_names,
         names,
     };
     table.take_columns(&record)?;
     if rows.has_decimal_commas() {
-        table.notes.push(Note::told(
-            "decimal-commas",
-            "commas in the numbers are decimal signs",
-        ));
+        let text = "commas in the numbers are decimal signs";
+        table.notes.push(Note::told("decimal-commas", text));
     }
-    loop {
+    table.push(&record)?;
+    while rows.next(&mut record)? {
         table.push(&record)?;
-        if !rows.next(&mut record)? {
-            break;
-        }
     }
     table.contents()
 }
@@ -106,14 +99,14 @@ fn preamble(
     if first_rows.is_empty() {
         return Ok(preamble);
     }
-    let cell = |row: &ByteRecord| InputFault::Cell {
-        line: line_of_row(&source.bytes, starts_at(row)),
-        column: 1,
-        found: excerpt(&row[0]),
-    };
-    let places: Vec<InputFault> = first_rows.iter().map(cell).collect();
-    let preamble = preamble.with_rows(first_rows, record);
-    preamble.map_err(|row| places.into_iter().nth(row).unwrap_or(InputFault::NoRows))
+    preamble.with_rows(&first_rows, record).map_err(|row| {
+        let row = &first_rows[row.min(first_rows.len() - 1)];
+        InputFault::Cell {
+            line: line_of_row(&source.bytes, starts_at(row)),
+            column: 1,
+            found: excerpt(&row[0]),
+        }
+    })
 }
 
 /// A column of coordinates of the rows.
@@ -144,17 +137,15 @@ impl Clock {
             self.values.push(value);
             return value.is_finite();
         }
-        let Some(stamp) =
-            Stamp::parse(cell).filter(|_| self.values.is_empty() || self.first.is_some())
-        else {
+        let may_be_dated = self.values.is_empty() || self.first.is_some();
+        let Some(stamp) = Stamp::parse(cell).filter(|_| may_be_dated) else {
             return false;
         };
         let (first, _) = self.first.get_or_insert_with(|| (stamp, excerpt(cell)));
-        let is_alike = (first.has_date, first.has_time) == (stamp.has_date, stamp.has_time);
+        let apart = (stamp.nanoseconds - first.nanoseconds) as f64;
         self.rounding = self.rounding.min(stamp.rounding);
-        self.values
-            .push((stamp.nanoseconds - first.nanoseconds) as f64);
-        is_alike
+        self.values.push(apart);
+        (first.has_date, first.has_time) == (stamp.has_date, stamp.has_time)
     }
 }
 
@@ -190,15 +181,11 @@ impl Table<'_> {
         if self.columns.is_empty() {
             return Err(InputFault::NoColumns.into());
         }
-        let most = count_lines(&source.bytes)
-            .saturating_mul(self.columns.len())
-            .min(source.bytes.len() + 1);
+        let most = count_lines(&source.bytes).saturating_mul(self.columns.len());
+        let most = most.min(source.bytes.len() + 1);
         source.allow("the table", most as u64 * size_of::<f64>() as u64)?;
-        self.values = try_with_capacity(most).map_err(|refused| Error::Read {
-            path: source.path.to_owned(),
-            action: "hold the table in",
-            source: refused.into(),
-        })?;
+        let reserved = try_with_capacity(most).map_err(std::io::Error::from);
+        self.values = reserved.map_err(Error::read("hold the table in", source.path))?;
         Ok(())
     }
 
@@ -214,50 +201,47 @@ impl Table<'_> {
         }
         let (column, asked) = match asked {
             TimeColumn::None => return Ok(Vec::new()),
-            TimeColumn::Detect => {
-                let meaning = row_meaning(self.source.layout());
-                let columns =
-                    |is_it: &dyn Fn(usize) -> bool| (0..width).filter(|c| is_it(*c)).collect();
-                let bases: HashSet<&str> =
-                    self.names.iter().map(|name| with_unit(name).0).collect();
-                let is_named = |c: usize| {
-                    let name = &self.names[c];
-                    known_as(name, meaning).is_some() || is_of_column(name, meaning, &bases)
-                };
-                let named: Vec<usize> = columns(&is_named);
-                if !named.is_empty() || !self.rows_are_times {
-                    return Ok(named);
-                }
-                let is_time = |c: usize| {
-                    self.preamble
-                        .unit(c)
-                        .is_some_and(|unit| symbol::<Time>(unit).is_some())
-                };
-                let by_unit: Vec<usize> = columns(&is_time);
-                let is_date = |c: usize| {
-                    first
-                        .get(c)
-                        .is_some_and(|cell| number(cell).is_none() && Stamp::parse(cell).is_some())
-                };
-                return Ok(match by_unit[..] {
-                    [] => columns(&is_date),
-                    [first, ..] => vec![first],
-                });
-            }
+            TimeColumn::Detect => return Ok(self.detected_columns(first)),
             TimeColumn::Index(index) => (Some(*index).filter(|&i| i < width), index.to_string()),
-            TimeColumn::Name(name) => (
-                self.names
-                    .iter()
-                    .position(|cell| self.has_names && cell == name.trim()),
-                format!("{name:?}"),
-            ),
+            TimeColumn::Name(name) => {
+                let mut names = self.names.iter().filter(|_| self.has_names);
+                (
+                    names.position(|cell| cell == name.trim()),
+                    format!("{name:?}"),
+                )
+            }
         };
         let columns = match self.has_names {
             true => self.names.clone(),
             false => (0..width).map(|column| column.to_string()).collect(),
         };
-        let missing = InputFault::NoSuchColumn { asked, columns };
-        Ok(vec![column.ok_or(missing)?])
+        Ok(vec![
+            column.ok_or(InputFault::NoSuchColumn { asked, columns })?,
+        ])
+    }
+
+    /// Those that names, units or dates in the first row say.
+    fn detected_columns(&self, first: &ByteRecord) -> Vec<usize> {
+        let columns = |is_it: &dyn Fn(usize) -> bool| -> Vec<usize> {
+            (0..self.names.len()).filter(|c| is_it(*c)).collect()
+        };
+        let meaning = row_meaning(self.source.layout());
+        let bases: HashSet<&str> = self.names.iter().map(|name| with_unit(name).0).collect();
+        let named = columns(&|c| {
+            let name = &self.names[c];
+            known_as(name, meaning).is_some() || is_of_column(name, meaning, &bases)
+        });
+        if !named.is_empty() || !self.rows_are_times {
+            return named;
+        }
+        let is_time = |unit: &String| symbol::<Time>(unit).is_some();
+        let mut by_unit = columns(&|c| self.preamble.unit(c).is_some_and(is_time));
+        by_unit.truncate(1);
+        let is_date = |cell: &[u8]| number(cell).is_none() && Stamp::parse(cell).is_some();
+        match by_unit.is_empty() {
+            true => columns(&|c| first.get(c).is_some_and(is_date)),
+            false => by_unit,
+        }
     }
 
     fn push(&mut self, record: &ByteRecord) -> Result<(), InputFault> {
@@ -402,9 +386,8 @@ impl Table<'_> {
     fn remove(&mut self, is_out: impl Fn(usize) -> bool) {
         let width = self.columns.len();
         let is_kept: Vec<bool> = (0..width).map(|place| !is_out(place)).collect();
-        let mut places = (0..width).cycle();
-        self.values
-            .retain(|_| places.next().is_some_and(|place| is_kept[place]));
+        let mut places = is_kept.iter().cycle();
+        self.values.retain(|_| places.next() == Some(&true));
         let mut places = is_kept.iter();
         self.columns.retain(|_| places.next() == Some(&true));
     }
@@ -422,11 +405,9 @@ impl Table<'_> {
                 ..Listing::default()
             };
         }
-        let own = self.preamble.unit(clock.column);
-        let unit = known_as(name, row_meaning(self.source.layout()))
-            .flatten()
-            .or(own.cloned())
-            .or(with_unit(name).1.map(str::to_owned));
+        let own = self.preamble.unit(clock.column).cloned();
+        let in_name = known_as(name, row_meaning(self.source.layout())).flatten();
+        let unit = in_name.or(own).or(with_unit(name).1.map(str::to_owned));
         let may_count = self.rows_are_times && self.source.stated.time_unit.is_none();
         let stored = (&clock.values[..], None);
         Listing {
@@ -461,11 +442,14 @@ impl Table<'_> {
                 expected,
                 found,
                 ..
-            } if rows_are_times => InputFault::UnevenTimes {
-                line: self.line(self.lines[index]),
-                expected,
-                found,
-            },
+            } if rows_are_times => {
+                let line = self.line(self.lines[index]);
+                InputFault::UnevenTimes {
+                    line,
+                    expected,
+                    found,
+                }
+            }
             other => other,
         })?;
         let space = space.axis(sites, &mut self.notes)?;
@@ -496,11 +480,8 @@ impl Table<'_> {
 
     /// The names of the columns of samples as numbers, if all are; above units they number channels.
     fn labels(&self) -> Option<Listing> {
-        let cells = || {
-            self.columns
-                .iter()
-                .map(|&column| self.names[column].as_bytes())
-        };
+        let cell = |&column: &usize| self.names[column].as_bytes();
+        let cells = || self.columns.iter().map(cell);
         let value = |cell: &[u8]| number(cell).filter(|value| value.is_finite());
         let values: Option<Vec<f64>> = cells().map(value).collect();
         Some(Listing {
@@ -518,11 +499,10 @@ impl Table<'_> {
             let in_name = || Some(unit_of(enclosed(&name[name.rfind(['(', '['])?..])?));
             let own = self.preamble.unit(column);
             let settings = &self.preamble.channel_units;
-            let of_preamble = match settings.len() {
-                1 => settings.first(),
-                _ => settings.get(place),
-            };
-            own.cloned().or_else(in_name).or(of_preamble.cloned())
+            let place = if settings.len() == 1 { 0 } else { place };
+            own.cloned()
+                .or_else(in_name)
+                .or(settings.get(place).cloned())
         };
         let units: Vec<Option<String>> = self.columns.iter().enumerate().map(of_column).collect();
         let first = units.first()?.clone();
@@ -530,12 +510,11 @@ impl Table<'_> {
             return first;
         }
         let units = units.into_iter().map(|unit| unit.unwrap_or("none".into()));
-        let units: std::collections::BTreeSet<String> = units.collect();
-        let units: Vec<String> = units.into_iter().collect();
-        let units = units.join(" and ");
-        let text = format!(
-            "the columns have different units, {units}; their numbers are read as they are"
-        );
+        let mut units: Vec<String> = units.collect();
+        units.sort_unstable();
+        units.dedup();
+        let text = format!("the columns have different units, {}", units.join(" and "));
+        let text = format!("{text}; their numbers are read as they are");
         self.notes.push(Note::doubt("remark", text));
         None
     }
@@ -558,9 +537,8 @@ pub(super) fn number(cell: &[u8]) -> Option<f64> {
 
 /// What the last digit of a printed number counts: `1e-4` for `0.1250` and for `125.0e-3`.
 pub(super) fn printed_unit(cell: &[u8]) -> f64 {
-    let mut parts = cell
-        .trim_ascii()
-        .splitn(2, |byte| matches!(byte, b'e' | b'E'));
+    let is_exponent = |byte: &u8| matches!(byte, b'e' | b'E');
+    let mut parts = cell.trim_ascii().splitn(2, is_exponent);
     let mantissa = parts.next().unwrap_or_default();
     let exponent = parts.next().and_then(|text| str::from_utf8(text).ok());
     let exponent: i32 = exponent.and_then(|text| text.parse().ok()).unwrap_or(0);

@@ -100,10 +100,9 @@ impl FileBytes {
     fn copy(mut file: File, length: u64, path: &Path) -> Result<FileBytes> {
         let mut bytes = Vec::new();
         let reserved = bytes.try_reserve_exact(length as usize);
-        reserved
-            .map_err(std::io::Error::other)
-            .and_then(|()| file.by_ref().take(length).read_to_end(&mut bytes))
-            .map_err(Error::read("read", path))?;
+        let reserved = reserved.map_err(std::io::Error::other);
+        let read = reserved.and_then(|()| file.by_ref().take(length).read_to_end(&mut bytes));
+        read.map_err(Error::read("read", path))?;
         Ok(FileBytes::Copied(bytes))
     }
 

@@ -34,10 +34,8 @@ fn lists_coordinates(record: &ByteRecord) -> bool {
     let corner = record[0].trim_ascii();
     let is_empty = corner.is_empty() || corner.eq_ignore_ascii_case(b"nan");
     let others: Option<Vec<f64>> = record.iter().skip(1).map(number).collect();
-    let Some(others) = others.filter(|others| is_empty && others.len() > 2) else {
-        return false;
-    };
-    Coordinates::fit(&others, 0.0).is_ok()
+    let others = others.filter(|others| is_empty && others.len() > 2);
+    others.is_some_and(|others| Coordinates::fit(&others, 0.0).is_ok())
 }
 
 /// Whether a cell is no number but begins like one, or is one with a decimal point but for its first
@@ -102,9 +100,7 @@ fn names(text: &str, width: usize) -> Option<(ByteRecord, bool)> {
     let by = |delimiter: char| -> Vec<&str> { text.split(delimiter).map(str::trim).collect() };
     let fits = |names: &Vec<&str>| names.len() == width;
     let delimited = [',', ';', '\t'].into_iter().map(by).find(fits);
+    let is_prose = delimited.is_none();
     let blank = || Some(text.split_whitespace().collect()).filter(fits);
-    match delimited {
-        Some(names) => Some((ByteRecord::from(names), false)),
-        None => blank().map(|names| (ByteRecord::from(names), true)),
-    }
+    Some((ByteRecord::from(delimited.or_else(blank)?), is_prose))
 }

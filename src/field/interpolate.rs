@@ -168,19 +168,12 @@ impl Interpolant {
     fn slopes(&self, values: &[f64], slopes: &mut Vec<f64>) {
         slopes.clear();
         slopes.resize(values.len(), f64::NAN);
-        let finite: Vec<usize> = match values.iter().all(|value| value.is_finite()) {
-            true => {
-                if let Some(spline) = &self.spline {
-                    spline.slopes(values, slopes);
-                }
-                return;
-            }
-            false => (0..values.len())
-                .filter(|&i| values[i].is_finite())
-                .collect(),
-        };
-        if finite.len() < 2 {
-            return;
+        let finite = (0..values.len()).filter(|&i| values[i].is_finite());
+        let finite: Vec<usize> = finite.collect();
+        match &self.spline {
+            Some(spline) if finite.len() == values.len() => return spline.slopes(values, slopes),
+            _ if finite.len() < 2 => return,
+            _ => {}
         }
         let of = |all: &[f64]| -> Vec<f64> { finite.iter().map(|&i| all[i]).collect() };
         let mut some = vec![0.0; finite.len()];

@@ -1,4 +1,4 @@
-//! What the names in files mean: clocks, steps, rates, units, scales. Each meaning is a line of one table.
+//! What the names in files mean: clocks, steps, rates, units, scales. Each meaning is an arm of one table.
 
 use std::collections::HashSet;
 
@@ -7,7 +7,7 @@ use super::labelled::last_name;
 use crate::measure::{Length, Time, symbol};
 
 /// What a name stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Meaning {
     /// Times of the samples.
     Time,
@@ -42,83 +42,67 @@ pub(super) enum Meaning {
 
 use Meaning::*;
 
-/// Meanings with their names, in small letters and digits alone; then those that only settings of instruments have.
-pub(super) const TABLE: &[(Meaning, &str, &str)] = &[
-    (
-        Meaning::Time,
-        "time t timestamp timestamps datetime date dateandtime utc epoch epochtime unixtime zeit zeitstempel datum \
-         uhrzeit temps tiempo tempo \
-         seconds second secs sec milliseconds millisecond msec ms microseconds microsecond usec us nanoseconds \
-         nanosecond nsec ns",
-        "",
-    ),
-    (TimeDimension, "times sample samples frame step", ""),
-    (Position, "position x distance", ""),
-    (
-        SiteDimension,
-        "y z r offset depth site sites space channel channels trace traces station stations receiver location atom \
-         node point record records",
-        "",
-    ),
-    (
-        RecordPosition,
-        "x y z r position distance offset depth elevation location groupx groupy sourcex sourcey x0",
-        "",
-    ),
-    (Field, "velocity v vel vx", ""),
-    (
-        Step,
-        "dt timestep deltat delta sampleinterval samplinginterval sampleperiod samplingperiod samplingstep sampletime \
-         samplingtime samplespacing timeinterval timespacing timesampling deltatime tsamp",
-        "horizontalinterval xinc xincrement increment tinc hresolution",
-    ),
-    (
-        Rate,
-        "fs rate samplingrate samplerate samplingfrequency samplefrequency samplingfreq samplefreq fsample fsampling \
-         outputdatarate datarate acquisitionrate acquisitionfrequency framerate fps sps samplespersecond scanrate \
-         samprate fsamp abtastrate abtastfrequenz",
-        "",
-    ),
-    (
-        Distance,
-        "dx spacing deltax channelspacing sitespacing sensorspacing tracespacing receiverspacing \
-         spatialsamplinginterval spatialsampling spatialinterval",
-        "",
-    ),
-    (TimeOrigin, "t0", "xorg xorigin start hoffset"),
-    (SpaceOrigin, "x0", ""),
-    (
-        Unit,
-        "unit units",
-        "verticalunits verticalunit yunits yunit vunit",
-    ),
-    (
-        TimeUnit,
-        "timeunit timeunits",
-        "horizontalunits horizontalunit xunits xunit hunit",
-    ),
-    (SpaceUnit, "spaceunit spaceunits", ""),
-    (
-        Scale,
-        "scalefactor scalefactors scale scales scaling slope slopes",
-        "",
-    ),
-    (
-        Offset,
-        "addoffset addoffsets offset offsets intercept intercepts",
-        "",
-    ),
-    (ValidRange, "validrange", ""),
-    (ValidMin, "validmin validminimum", ""),
-    (ValidMax, "validmax validmaximum", ""),
-    (Fill, "fillvalue missingvalue", ""),
-    (
-        Counter,
-        "n i no nr num number index idx row line sample samples point points count counter sequence record unnamed \
-         frame",
-        "",
-    ),
-];
+impl Meaning {
+    /// Its names, in small letters and digits alone.
+    fn names(self) -> &'static str {
+        match self {
+            Meaning::Time => {
+                "time t timestamp timestamps datetime date dateandtime utc epoch epochtime unixtime zeit zeitstempel \
+                 datum uhrzeit temps tiempo tempo seconds second secs sec milliseconds millisecond msec ms microseconds \
+                 microsecond usec us nanoseconds nanosecond nsec ns"
+            }
+            TimeDimension => "times sample samples frame step",
+            Position => "position x distance",
+            SiteDimension => {
+                "y z r offset depth site sites space channel channels trace traces station stations receiver location \
+                 atom node point record records"
+            }
+            RecordPosition => {
+                "x y z r position distance offset depth elevation location groupx groupy sourcex sourcey x0"
+            }
+            Field => "velocity v vel vx",
+            Step => {
+                "dt timestep deltat delta sampleinterval samplinginterval sampleperiod samplingperiod samplingstep \
+                 sampletime samplingtime samplespacing timeinterval timespacing timesampling deltatime tsamp"
+            }
+            Rate => {
+                "fs rate samplingrate samplerate samplingfrequency samplefrequency samplingfreq samplefreq fsample \
+                 fsampling outputdatarate datarate acquisitionrate acquisitionfrequency framerate fps sps \
+                 samplespersecond scanrate samprate fsamp abtastrate abtastfrequenz"
+            }
+            Distance => {
+                "dx spacing deltax channelspacing sitespacing sensorspacing tracespacing receiverspacing \
+                 spatialsamplinginterval spatialsampling spatialinterval"
+            }
+            TimeOrigin => "t0",
+            SpaceOrigin => "x0",
+            Unit => "unit units",
+            TimeUnit => "timeunit timeunits",
+            SpaceUnit => "spaceunit spaceunits",
+            Scale => "scalefactor scalefactors scale scales scaling slope slopes",
+            Offset => "addoffset addoffsets offset offsets intercept intercepts",
+            ValidRange => "validrange",
+            ValidMin => "validmin validminimum",
+            ValidMax => "validmax validmaximum",
+            Fill => "fillvalue missingvalue",
+            Counter => {
+                "n i no nr num number index idx row line sample samples point points count counter sequence record \
+                 unnamed frame"
+            }
+        }
+    }
+
+    /// Names that only settings of instruments have.
+    fn of_settings(self) -> &'static str {
+        match self {
+            Step => "horizontalinterval xinc xincrement increment tinc hresolution",
+            TimeOrigin => "xorg xorigin start hoffset",
+            Unit => "verticalunits verticalunit yunits yunit vunit",
+            TimeUnit => "horizontalunits horizontalunit xunits xunit hunit",
+            _ => "",
+        }
+    }
+}
 
 /// What the name of a number looks like that is none of the table: of samples, of times, of positions.
 pub(super) const LIKE: [&[&str]; 3] = [
@@ -174,14 +158,13 @@ pub(super) fn known_as(name: &str, meaning: Meaning) -> Option<Option<String>> {
 }
 
 pub(super) fn means(name: &str, meaning: Meaning, is_setting: bool) -> Option<Option<String>> {
-    let (_, names, settings) = TABLE.iter().find(|(is, ..)| *is == meaning)?;
     let is_one = |name: &str| {
         let key = key(name);
         // Beside each channel its clock: `Time 1`, `CH1`, `Time 2`, `CH2`.
         let unnumbered = key.trim_end_matches(|c: char| c.is_ascii_digit());
         let is_clock = meaning == Meaning::Time && unnumbered.len() > 3;
-        let settings = settings.split(' ').filter(|_| is_setting);
-        let mut names = names.split(' ').chain(settings);
+        let settings = meaning.of_settings().split(' ').filter(|_| is_setting);
+        let mut names = meaning.names().split(' ').chain(settings);
         !key.is_empty() && names.any(|name| name == key || is_clock && name == unnumbered)
     };
     let is_bare = !name.contains(['(', '[', '/']);
@@ -249,20 +232,17 @@ pub(super) fn quantity(
     let last = last_name(path).to_ascii_lowercase();
     let names = [Some(last.as_str()), standard_name];
     let by_name = Quantity::ALL.into_iter().find(|quantity| {
-        let is_it =
-            |name: &str| name == quantity.name() || name == quantity.name().replace('_', "");
-        names.into_iter().flatten().any(is_it)
+        let (name, joined) = (quantity.name(), quantity.name().replace('_', ""));
+        let mut names = names.into_iter().flatten();
+        names.any(|one| one == name || one == joined)
     });
     by_name.or_else(|| of_unit(unit?))
 }
 
 /// The quantity that is measured in `unit`.
 pub(super) fn of_unit(unit: &str) -> Option<Quantity> {
-    let spelled: String = unit.chars().filter(|c| !c.is_whitespace()).collect();
-    let spelled = spelled
-        .replace("**", "")
-        .replace('^', "")
-        .replace(['*', '.'], "");
+    let is_letter = |c: &char| !c.is_whitespace() && !"*^.".contains(*c);
+    let spelled: String = unit.chars().filter(is_letter).collect();
     let bare = |units: &[&str]| {
         let prefixes = ["", "m", "u", "\u{b5}", "\u{3bc}", "n", "c", "k"];
         let is_prefixed = |unit: &&str| {

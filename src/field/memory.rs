@@ -81,29 +81,21 @@ pub struct MemoryLabels {
 impl MemorySamples {
     /// The samples in rows, if they lie so; otherwise by their strides.
     fn storage(self) -> Result<Storage, InputFault> {
-        let MemorySamples {
-            shape,
-            strides,
-            start,
-            ..
-        } = self;
+        let (shape, strides, start) = (self.shape, self.strides, self.start);
         let size = self.sample.bytes();
         let length = self.bytes.as_slice().len();
         // From the lowest to the highest byte.
         let reach = |sign: isize| -> isize {
             let axes = shape.iter().zip(strides);
             let parts = axes.map(|(n, s)| (n.saturating_sub(1) as isize).saturating_mul(s));
-            parts
-                .filter(|part| part.signum() == sign)
-                .fold(0, isize::saturating_add)
+            let parts = parts.filter(|part| part.signum() == sign);
+            parts.fold(0, isize::saturating_add)
         };
         let start_at = isize::try_from(start).unwrap_or(isize::MAX);
         let end = (start_at.saturating_add(reach(1)) as usize).saturating_add(size);
         if end > length || start_at.saturating_add(reach(-1)) < 0 {
-            return Err(InputFault::Overclaimed {
-                claimed: end as u64,
-                most: length as u64,
-            });
+            let (claimed, most) = (end as u64, length as u64);
+            return Err(InputFault::Overclaimed { claimed, most });
         }
         let (bytes, numbers) = (Bytes::Held(self.bytes), (self.sample, self.order));
         Ok(Storage::new(bytes, numbers, start, shape, strides))
@@ -144,9 +136,8 @@ impl Field {
         let statements = Statements::default();
         let time = statements.time(&stated, options)?;
         let space = statements.space(&stated, options)?;
-        let given = |listed: Option<ListedAxis>| listed.map(|listed| Given::Listed(listed.into()));
-        let time = time.axis(given(labels.time), &mut notes)?;
-        let space = space.axis(given(labels.space), &mut notes)?;
+        let time = time.axis(labels.time.map(ListedAxis::given), &mut notes)?;
+        let space = space.axis(labels.space.map(ListedAxis::given), &mut notes)?;
         let named = labels.quantity.as_deref().unwrap_or_default();
         let quantity = meaning::quantity(named, None, labels.unit.as_deref());
         let field = Field {
@@ -167,15 +158,13 @@ impl Field {
     }
 }
 
-impl From<ListedAxis> for Listing {
+impl ListedAxis {
     /// Counted from the first, if the unit counts from a date.
-    fn from(listed: ListedAxis) -> Listing {
-        let stored = (&listed.values[..], None);
-        let found = labelled::counted(stored, [1.0, 0.0], listed.rounding, listed.unit, false);
-        Listing {
-            step: listed.step.filter(|_| found.start.is_none()),
-            ..found
-        }
+    fn given(self) -> Given {
+        let stored = (&self.values[..], None);
+        let found = labelled::counted(stored, [1.0, 0.0], self.rounding, self.unit, false);
+        let step = self.step.filter(|_| found.start.is_none());
+        Given::Listed(Listing { step, ..found })
     }
 }
 

@@ -356,11 +356,9 @@ impl Field {
 
     /// Bytes of samples in memory that are no pages of a file: of a table or an inflated member.
     pub(crate) fn loaded_bytes(&self) -> u64 {
-        let is_from_file = self.opened.is_some() || self.content_hash.is_some();
-        if is_from_file {
-            self.storage.loaded_bytes()
-        } else {
-            0
+        match self.opened.is_some() || self.content_hash.is_some() {
+            true => self.storage.loaded_bytes(),
+            false => 0,
         }
     }
 
@@ -380,10 +378,8 @@ impl Field {
             self.storage.fetch_block(times.clone(), group.clone());
             self.read_time_major(times.clone(), group.clone(), some);
             let at = from - sites.start;
-            for (row, read) in out
-                .chunks_exact_mut(width)
-                .zip(some.chunks_exact(group.len()))
-            {
+            let rows = out.chunks_exact_mut(width);
+            for (row, read) in rows.zip(some.chunks_exact(group.len())) {
                 row[at..at + group.len()].copy_from_slice(read);
             }
             self.release_block(times.clone(), group);

@@ -59,21 +59,19 @@ impl Note {
 
     /// A change of amplitudes by interpolation, doubtful where it is large.
     pub(super) fn interpolated(code: &'static str, text: String, error: f64) -> Note {
+        let advice =
+            "where high frequencies or wavenumbers count, use `--resample cubic`, or sample evenly";
         match error > LOSS {
-            true => Note::doubt(code, text).advising(
-                "where high frequencies or wavenumbers count, use `--resample cubic`, or sample evenly",
-            ),
+            true => Note::doubt(code, text).advising(advice),
             false => Note::told(code, text),
         }
     }
 
     /// Coordinates that are even but for a jitter, or to the precision of the numbers that hold them.
     pub(super) fn jitter(axis: &str, jitter: Jitter, is_rounding: bool) -> Note {
+        let coarse = "even to the precision of their numbers, which is coarse:";
         let (code, how) = match is_rounding {
-            true => (
-                "rounded",
-                "even to the precision of their numbers, which is coarse:",
-            ),
+            true => ("rounded", coarse),
             false => ("jitter", "taken as even;"),
         };
         let (index, share) = (jitter.index, of_step(jitter.share));
@@ -90,17 +88,15 @@ impl Note {
         [time, space]: [&Axis; 2],
     ) -> Vec<Note> {
         let is = |symbol: Option<&str>, what| symbol.map(|_| what);
-        let samples = on_unit(quantity.in_words(), unit, |unit| match of_unit(unit) {
+        let is_time = |unit: &str| is(symbol::<Time>(unit), "time");
+        let is_length = |unit: &str| is(symbol::<Length>(unit), "length");
+        let is_other = |unit: &str| match of_unit(unit) {
             Some(found) => (found != quantity).then(|| found.in_words()),
-            None => is(symbol::<Time>(unit), "time")
-                .or_else(|| is(symbol::<Frequency>(unit), "frequency")),
-        });
-        let times = on_unit("times", time.unit.as_deref(), |unit| {
-            is(symbol::<Length>(unit), "length")
-        });
-        let positions = on_unit("positions", space.unit.as_deref(), |unit| {
-            is(symbol::<Time>(unit), "time")
-        });
+            None => is_time(unit).or_else(|| is(symbol::<Frequency>(unit), "frequency")),
+        };
+        let samples = on_unit(quantity.in_words(), unit, is_other);
+        let times = on_unit("times", time.unit.as_deref(), is_length);
+        let positions = on_unit("positions", space.unit.as_deref(), is_time);
         [samples, times, positions].into_iter().flatten().collect()
     }
 
@@ -145,20 +141,18 @@ fn on_unit(
     other: impl Fn(&str) -> Option<&'static str>,
 ) -> Option<Note> {
     let unit = unit?;
-    let (code, text) = match other(unit) {
-        Some(of) => (
-            "other-unit",
-            format!("{unit} is a unit of {of}, and not of {what}"),
-        ),
+    let note = match other(unit) {
+        Some(of) => {
+            let text = format!("{unit} is a unit of {of}, and not of {what}");
+            Note::doubt("other-unit", text)
+        }
         None => {
             let word = unknown_word(unit)?;
-            (
-                "unknown-unit",
-                format!("{word:?} in the unit of {what} is no unit that is known"),
-            )
+            let text = format!("{word:?} in the unit of {what} is no unit that is known");
+            Note::doubt("unknown-unit", text)
         }
     };
-    Some(Note::doubt(code, text).advising(match what {
+    Some(note.advising(match what {
         "times" => "state `--time-unit`, such as s, or `--layout` if the axes are exchanged",
         "positions" => "state `--space-unit`, such as m, or `--layout` if the axes are exchanged",
         _ => "state `--unit`, such as m/s, or `--quantity`",

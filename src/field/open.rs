@@ -35,11 +35,13 @@ impl FileSource<'_> {
 
     /// Checks that `needed` bytes are within the memory limit, with a copy of the file.
     pub(super) fn allow(&self, what: &'static str, needed: u64) -> Result<()> {
-        let copied = match self.bytes.is_copy() {
-            true => self.bytes.len() as u64,
-            false => 0,
+        let copied = if self.bytes.is_copy() {
+            self.bytes.len()
+        } else {
+            0
         };
-        self.options.allow(what, needed.saturating_add(copied))
+        self.options
+            .allow(what, needed.saturating_add(copied as u64))
     }
 }
 
@@ -250,12 +252,14 @@ pub(super) fn header_numbers(
 ) -> Result<Vec<NamedNumber>> {
     let sidecar = Sidecar::find_for(path, false)?.map(|(_, sidecar)| sidecar);
     let sidecar = sidecar.unwrap_or_default();
+    let metres = || Some(Length::UNITS[0].0.to_owned());
     let x0 = sidecar.x0.map(|x0| NamedNumber {
         name: "x0".into(),
         value: x0.value,
-        unit: match x0.has_unit {
-            true => Some(Length::UNITS[0].0.to_owned()),
-            false => sidecar.space_unit,
+        unit: if x0.has_unit {
+            metres()
+        } else {
+            sidecar.space_unit
         },
         rounding: f64::EPSILON * x0.value.abs(),
     });
@@ -359,33 +363,38 @@ pub fn file_hash(path: &Path) -> Result<String> {
 
 /// Checks that every option applies to the format.
 fn check(format: Format, path: &Path, options: &OpenOptions) -> Result<()> {
-    let is_table = format == Format::Table;
-    let is_array = format == Format::Npy;
+    let (is_table, is_array) = (format == Format::Table, format == Format::Npy);
+    let [arrays, dimensions, table] = [
+        "a file of several arrays",
+        "a file of arrays with dimensions",
+        "a table of text",
+    ];
     let has_header = options.header != Header::Detect;
     let has_column = options.time_column != TimeColumn::Detect;
-    let has_dimension = [&options.time_dim, &options.space_dim].map(Option::is_some);
-    let arrays = "a file of several arrays";
-    let (dimensions, table) = ("a file of arrays with dimensions", "a table of text");
+    let has_variable = options.variable.is_some();
     let useless = [
+        ("variable", has_variable && (is_table || is_array), arrays),
         (
-            "variable",
-            options.variable.is_some() && (is_table || is_array),
-            arrays,
+            "time-dim",
+            options.time_dim.is_some() && is_table,
+            dimensions,
         ),
-        ("time-dim", has_dimension[0] && is_table, dimensions),
-        ("space-dim", has_dimension[1] && is_table, dimensions),
+        (
+            "space-dim",
+            options.space_dim.is_some() && is_table,
+            dimensions,
+        ),
         ("at", !options.at.is_empty() && is_table, dimensions),
         ("header", has_header && !is_table, table),
         ("time-column", has_column && !is_table, table),
     ];
-    match useless.into_iter().find(|(_, is_useless, _)| *is_useless) {
-        None => Ok(()),
-        Some((option, _, expected)) => Err(Error::request(
-            option,
-            format!("{expected}, which alone it is for"),
-            format!("{}, {format}", path.display()),
-        )),
+    if let Some((option, _, expected)) = useless.into_iter().find(|(_, is_useless, _)| *is_useless)
+    {
+        let expected = format!("{expected}, which alone it is for");
+        let found = format!("{}, {format}", path.display());
+        return Err(Error::request(option, expected, found));
     }
+    Ok(())
 }
 
 /// Detects the format from the magic bytes, else from the extension.

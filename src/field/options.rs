@@ -151,11 +151,11 @@ impl Label {
 
     /// By what the number is multiplied to be in `unit`; `None` if its own unit cannot be converted.
     pub(super) fn factor(&self, unit: Option<&str>) -> Option<f64> {
-        let Label::Value {
-            unit: Some(own), ..
-        } = self
-        else {
-            return Some(1.0);
+        let own = match self {
+            Label::Value {
+                unit: Some(own), ..
+            } => own,
+            _ => return Some(1.0),
         };
         let unit = unit?;
         let ratio = |from: Option<f64>, to: Option<f64>| Some(from? / to?);
@@ -254,14 +254,8 @@ impl OpenOptions {
 
     /// Checks that `needed` bytes are within the memory limit.
     pub(super) fn allow(&self, what: &'static str, needed: u64) -> Result<()> {
-        match self.memory {
-            Some(allowed) if needed > allowed => Err(Error::Memory {
-                what,
-                needed,
-                allowed,
-            }),
-            _ => Ok(()),
-        }
+        let allowed = self.memory.unwrap_or(u64::MAX);
+        Error::beyond_memory(what, needed, allowed)
     }
 
     fn step(&self) -> Option<Measure<Time>> {
@@ -274,18 +268,11 @@ impl OpenOptions {
         check("dx", self.dx, true)?;
         check("t0", self.t0, false)?;
         check("x0", self.x0, false)?;
-        if !(0.0..=0.5).contains(&self.jitter) {
-            let expected = "a share of a step from 0 to 0.5";
-            return Err(Error::request("jitter", expected, self.jitter));
-        }
-        match (self.dt, self.rate) {
-            (Some(_), Some(_)) => Err(Error::request(
-                "rate",
-                "either the rate or the step dt",
-                "both",
-            )),
-            _ => Ok(()),
-        }
+        let is_share = (0.0..=0.5).contains(&self.jitter);
+        let expected = "a share of a step from 0 to 0.5";
+        Error::require(is_share, "jitter", expected, self.jitter)?;
+        let is_one = self.dt.is_none() || self.rate.is_none();
+        Error::require(is_one, "rate", "either the rate or the step dt", "both")
     }
 }
 
@@ -295,13 +282,8 @@ fn check<D: Dimension>(
     stated: Option<Measure<D>>,
     is_step: bool,
 ) -> Result<()> {
-    let expected = match is_step {
-        true => "a finite number above 0",
-        false => "a finite number",
-    };
-    let is_fit = |value: f64| value.is_finite() && (value > 0.0 || !is_step);
-    match stated.filter(|stated| !is_fit(stated.value)) {
-        Some(unfit) => Err(Error::request(option, expected, unfit.value)),
-        None => Ok(()),
-    }
+    let above = if is_step { " above 0" } else { "" };
+    let value = stated.map_or(1.0, |stated| stated.value);
+    let is_fit = value.is_finite() && (value > 0.0 || !is_step);
+    Error::require(is_fit, option, format!("a finite number{above}"), value)
 }

@@ -63,7 +63,7 @@ impl Preamble {
     /// The place of a row that is none of these, and its first cell.
     pub(super) fn with_rows(
         mut self,
-        mut rows: Vec<ByteRecord>,
+        rows: &[ByteRecord],
         first: &ByteRecord,
     ) -> Result<Preamble, usize> {
         let found = &mut self;
@@ -74,7 +74,7 @@ impl Preamble {
             if length(row, |_| false) == 0 {
                 named -= 1;
             } else if found.units.is_empty() && is_row_of_units(row, width) {
-                found.units = row.iter().map(unit_in).collect();
+                found.units = row.iter().map(|cell| unit_of(&excerpt(cell))).collect();
                 found.set_by_columns(&rows[named - 1], row);
                 named -= 1;
             } else {
@@ -83,30 +83,25 @@ impl Preamble {
         }
         let row = &rows[named];
         let cells = row.iter().map(String::from_utf8_lossy);
-        cells.clone().for_each(|cell| found.set_by_equation(&cell));
+        cells.for_each(|cell| found.set_by_equation(&cell));
         // A single row is one of names, whose number may be wrong.
         let is_known = rows.len() > 1 && found.set_by_row(row);
         let has_names = rows.len() == 1 || !is_known && length(row, is_setting) >= width;
         if has_names {
-            let holds_number = row
-                .iter()
-                .any(|cell| number(cell).is_some_and(f64::is_finite));
-            let begins_with_time =
-                known_as(&cells.clone().next().unwrap_or_default(), Meaning::Time);
-            let is_damaged = named > 0 && holds_number && found.units.is_empty();
+            let is_number = |cell: &[u8]| number(cell).is_some_and(f64::is_finite);
+            let begins_with_time = known_as(&String::from_utf8_lossy(&row[0]), Meaning::Time);
+            let is_damaged = named > 0 && row.iter().any(is_number) && found.units.is_empty();
             if is_damaged && begins_with_time.is_none() {
                 return Err(named);
             }
-            found.rows = named;
-        } else {
-            found.rows = named + 1;
         }
+        found.rows = named + usize::from(!has_names);
         let settings = rows[..found.rows].iter();
         let known = settings.filter(|row| found.set_by_row(row)).count();
         if !has_names && known == 0 {
             return Err(1);
         }
-        found.names = has_names.then(|| rows.swap_remove(named));
+        found.names = has_names.then(|| row.clone());
         Ok(self)
     }
 
@@ -121,10 +116,7 @@ impl Preamble {
         let mut channels = Vec::new();
         for line in text.split(|&byte| byte == b'\n').take(MOST_ROWS) {
             let cells = line.split(|&byte| byte == b',').take(SETTING_CELLS);
-            let cells = cells.map(<[u8]>::trim_ascii);
-            let cells = cells.map(|cell| cell.strip_prefix(b"\"").unwrap_or(cell));
-            let cells = cells.map(|cell| cell.strip_suffix(b"\"").unwrap_or(cell));
-            let cells: Vec<&[u8]> = cells.collect();
+            let cells: Vec<&[u8]> = cells.map(|cell| bare(cell.trim_ascii())).collect();
             if cells[0].eq_ignore_ascii_case(b"source") {
                 channels.extend(cells.get(1).map(|name| excerpt(name)));
             }
@@ -139,12 +131,10 @@ impl Preamble {
 
     /// Whether settings stand beside the numbers of this row.
     pub(super) fn is_beside(row: &ByteRecord) -> bool {
-        let is_number =
-            |cell: Option<&[u8]>| cell.is_some_and(|cell| number(cell).is_some_and(f64::is_finite));
-        row.get(0)
-            .is_some_and(|cell| cell.eq_ignore_ascii_case(b"record length"))
-            && is_number(row.get(SETTING_CELLS))
-            && is_number(row.get(SETTING_CELLS + 1))
+        let is_number = |cell: &[u8]| number(cell).is_some_and(f64::is_finite);
+        let is_first = |cell: &[u8]| cell.eq_ignore_ascii_case(b"record length");
+        let numbers = [SETTING_CELLS, SETTING_CELLS + 1].map(|at| row.get(at));
+        row.get(0).is_some_and(is_first) && numbers.iter().all(|cell| cell.is_some_and(is_number))
     }
 
     /// Takes a setting and its values; whether it is one that is known.
@@ -155,13 +145,11 @@ impl Preamble {
         let Some(value) = values.first() else {
             return false;
         };
-        match self.statements.has(&name, Meaning::Unit) {
-            true => {
-                self.channel_units = values.iter().map(|unit| unit_of(unit)).collect();
-                true
-            }
-            false => self.set(&name, value, values.get(1).map(String::as_str)),
+        let is_unit = self.statements.has(&name, Meaning::Unit);
+        if is_unit {
+            self.channel_units = values.iter().map(|unit| unit_of(unit)).collect();
         }
+        is_unit || self.set(&name, value, values.get(1).map(String::as_str))
     }
 
     /// Takes `tInc = 1e-6` of a cell.
@@ -184,22 +172,23 @@ impl Preamble {
 
     /// Takes a setting with the unit that stands beside it; whether it is one that is known.
     fn set(&mut self, name: &str, value: &str, unit: Option<&str>) -> bool {
-        self.statements.take(Statement {
-            name: name.to_owned(),
-            place: name.to_owned(),
-            value: Value::Text(unit_of(value)),
-            unit: unit.map(unit_of),
-        })
+        let value = Value::Text(unit_of(value));
+        let one = Statement::new(name, name, value, unit.map(unit_of));
+        self.statements.take(one)
     }
+}
+
+/// A cell without the quotes around it.
+fn bare(cell: &[u8]) -> &[u8] {
+    let cell = cell.strip_prefix(b"\"").unwrap_or(cell);
+    cell.strip_suffix(b"\"").unwrap_or(cell)
 }
 
 /// The comments before the first row, without their signs.
 pub(super) fn comments(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     let lines = text.split(|&byte| matches!(byte, b'\n' | b'\r'));
-    let lines = lines.map(|line| {
-        let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line);
-        line.trim_ascii()
-    });
+    let lines = lines.map(<[u8]>::trim_ascii);
     let preamble = lines.take_while(|line| line.is_empty() || line.starts_with(b"#"));
     preamble.filter_map(|line| line.strip_prefix(b"#"))
 }
@@ -231,12 +220,9 @@ fn is_row_of_units(row: &ByteRecord, width: usize) -> bool {
         None => {
             let text = excerpt(cell);
             let unit = unit_of(&text);
-            enclosed(&text).is_some()
-                || is_unit(&unit)
-                || matches!(
-                    unit.to_lowercase().as_str(),
-                    "sequence" | "points" | "samples"
-                )
+            let counts = ["sequence", "points", "samples"];
+            let is_count = || counts.contains(&unit.to_lowercase().as_str());
+            enclosed(&text).is_some() || is_unit(&unit) || is_count()
         }
     })
 }
@@ -249,10 +235,6 @@ fn is_unit(unit: &str) -> bool {
         || symbol::<Frequency>(unit).is_some()
         || UNITS.contains(&unit)
         || quantity("", None, Some(unit)).is_some()
-}
-
-fn unit_in(cell: &[u8]) -> String {
-    unit_of(&excerpt(cell))
 }
 
 /// A unit as a symbol, without its brackets.

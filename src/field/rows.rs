@@ -38,17 +38,15 @@ impl<'a> RowReader<'a> {
             return Err(InputFault::Encoding { found: "UTF-16" });
         }
         if sample.contains(&0) {
-            return Err(InputFault::Encoding {
-                found: "binary data",
-            });
+            let found = "binary data";
+            return Err(InputFault::Encoding { found });
         }
         let start = if sample.starts_with(BOM) {
             BOM.len()
         } else {
             0
         };
-        let extension = source.path.extension();
-        let is_tsv = extension.is_some_and(|extension| extension == "tsv");
+        let is_tsv = source.path.extension().is_some_and(|found| found == "tsv");
         let dialect = detect(&sample[start..], is_tsv);
         let delimiter = dialect.delimiter;
         if delimiter == b',' {
@@ -137,21 +135,16 @@ fn detect(sample: &[u8], is_tsv: bool) -> Dialect {
     const MOST: usize = 64;
     let lines = sample.split(|byte| matches!(byte, b'\n' | b'\r'));
     let lines = lines.map(<[u8]>::trim_ascii);
-    let lines: Vec<&[u8]> = lines
-        .filter(|line| !line.is_empty() && !line.starts_with(b"#"))
-        .collect();
+    let lines = lines.filter(|line| !line.is_empty() && !line.starts_with(b"#"));
+    let lines: Vec<&[u8]> = lines.collect();
     let last = || lines.iter().rev().take(MOST);
-    let choices: &[u8] = if is_tsv { b"\t" } else { b";\t, " };
     let told = last().find_map(|line| {
         let is_it = |delimiter: &&u8| cells(line, **delimiter).is_some_and(|n| n > 1);
-        choices.iter().find(is_it)
+        b";\t, ".iter().find(is_it)
     });
     let second = lines.iter().take(2).next_back();
-    let contained = || {
-        b";,\t "
-            .iter()
-            .find(|delimiter| second.is_some_and(|line| line.contains(delimiter)))
-    };
+    let is_contained = |delimiter: &&u8| second.is_some_and(|line| line.contains(delimiter));
+    let contained = || b";,\t ".iter().find(is_contained);
     let delimiter = match is_tsv {
         true => b'\t',
         false => told.or_else(contained).copied().unwrap_or(b','),
@@ -169,24 +162,21 @@ fn detect(sample: &[u8], is_tsv: bool) -> Dialect {
 
 /// How many cells of numbers a line has; none if one of them is something else, or all are empty.
 fn cells(line: &[u8], delimiter: u8) -> Option<usize> {
-    let trimmed = |cell: &[u8]| -> Vec<u8> {
+    let (mut count, mut filled) = (0, 0);
+    for cell in line.split(|&byte| byte == delimiter || delimiter == b' ' && byte == b'\t') {
         let cell = cell.trim_ascii();
         let quoted = cell
             .strip_prefix(b"\"")
             .and_then(|cell| cell.strip_suffix(b"\""));
-        with_point(quoted.unwrap_or(cell).trim_ascii()).into_owned()
-    };
-    let (mut count, mut filled) = (0, 0);
-    for cell in line.split(|&byte| byte == delimiter || delimiter == b' ' && byte == b'\t') {
-        let cell = trimmed(cell);
+        let cell = with_point(quoted.unwrap_or(cell).trim_ascii());
         if cell.is_empty() && delimiter == b' ' {
             continue;
         }
         count += 1;
         filled += usize::from(!cell.is_empty());
-        super::csv::number(&cell)
-            .map(|_| ())
-            .or(Stamp::parse(&cell).map(|_| ()))?;
+        if super::csv::number(&cell).is_none() {
+            Stamp::parse(&cell)?;
+        }
     }
     (filled > 0).then_some(count)
 }
@@ -194,14 +184,14 @@ fn cells(line: &[u8], delimiter: u8) -> Option<usize> {
 /// A number whose decimal sign is a comma, with a point; other cells as they are.
 pub(super) fn with_point(cell: &[u8]) -> Cow<'_, [u8]> {
     let is_part = |byte: &u8| byte.is_ascii_digit() || b"+-eE, ".contains(byte);
-    let commas = cell.iter().filter(|&&byte| byte == b',').count();
-    match commas == 1 && cell.iter().all(is_part) {
-        true => Cow::Owned(
-            cell.iter()
-                .map(|&byte| if byte == b',' { b'.' } else { byte })
-                .collect(),
-        ),
-        false => Cow::Borrowed(cell),
+    let mut commas = (0..cell.len()).filter(|&at| cell[at] == b',');
+    match (commas.next(), commas.next()) {
+        (Some(at), None) if cell.iter().all(is_part) => {
+            let mut cell = cell.to_vec();
+            cell[at] = b'.';
+            Cow::Owned(cell)
+        }
+        _ => Cow::Borrowed(cell),
     }
 }
 

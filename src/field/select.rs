@@ -34,11 +34,8 @@ impl Field {
             } else {
                 let names = [time_name, space_name].into_iter().flatten();
                 let names: Vec<&str> = names.map(String::as_str).collect();
-                let own = match names[..] {
-                    [] => String::new(),
-                    _ => format!(", here also {}", names.join(", ")),
-                };
-                let expected = format!("time or space{own}");
+                let own = if names.is_empty() { "" } else { ", here also " };
+                let expected = format!("time or space{own}{}", names.join(", "));
                 return Err(Error::request("select", expected, &selection.dimension));
             }
         }
@@ -54,17 +51,14 @@ fn range(
     selection: &Selection,
 ) -> Result<Range<usize>> {
     let refuse = |expected: String, found: String| Error::request("select", expected, found);
-    let place = |label: &Label| -> Result<f64> {
-        match label {
-            Label::Index(index) => Ok(*index as f64),
-            Label::Value { value, .. } => {
-                let unit = axis.unit.as_deref();
-                let factor = label.factor(unit).ok_or_else(|| {
-                    let unit = unit.unwrap_or("its unit, which is not stated");
-                    refuse(format!("{name} in {unit}"), label.to_string())
-                })?;
-                Ok((value * factor - axis.origin) / axis.step)
-            }
+    let place = |label: &Label| match label {
+        Label::Index(index) => Ok(*index as f64),
+        Label::Value { value, .. } => {
+            let unit = axis.unit.as_deref();
+            let place = |factor| (value * factor - axis.origin) / axis.step;
+            let unit_of = unit.unwrap_or("its unit, which is not stated");
+            let unfit = || refuse(format!("{name} in {unit_of}"), label.to_string());
+            label.factor(unit).map(place).ok_or_else(unfit)
         }
     };
     let from = selection.from.as_ref().map_or(Ok(0.0), place)?;

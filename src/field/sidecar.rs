@@ -108,22 +108,18 @@ impl Sidecar {
     /// # Errors
     /// [`InputFault::Sidecar`] with the line and the offending key.
     pub fn parse(text: &str) -> Result<Sidecar, InputFault> {
-        let line_of = |error: &toml::de::Error| {
-            let before = text.get(..error.span()?.start)?;
-            Some(before.matches('\n').count() + 1)
-        };
-        let deserializer =
-            toml::Deserializer::parse(text).map_err(|error| InputFault::Sidecar {
-                line: line_of(&error),
-                key: None,
+        let fault = |error: &toml::de::Error, key: Option<String>| {
+            let before = error.span().and_then(|span| text.get(..span.start));
+            InputFault::Sidecar {
+                line: before.map(|before| before.matches('\n').count() + 1),
+                key: key.filter(|key| key != "."),
                 reason: error.message().to_owned(),
-            })?;
+            }
+        };
+        let deserializer = toml::Deserializer::parse(text).map_err(|error| fault(&error, None))?;
         let parsed: Result<Sidecar, _> = serde_path_to_error::deserialize(deserializer);
-        let sidecar = parsed.map_err(|error| InputFault::Sidecar {
-            line: line_of(error.inner()),
-            key: Some(error.path().to_string()).filter(|key| key != "."),
-            reason: error.inner().message().to_owned(),
-        })?;
+        let sidecar =
+            parsed.map_err(|error| fault(error.inner(), Some(error.path().to_string())))?;
         match (sidecar.dt, sidecar.rate) {
             (Some(_), Some(_)) => Err(InputFault::Sidecar {
                 line: None,

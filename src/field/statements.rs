@@ -6,7 +6,8 @@ use wavecascade_formats::Value;
 use super::Note;
 use super::beside::{AxisBeside, Known};
 use super::meaning::Meaning::{self, *};
-use super::meaning::{LIKE, TABLE, hertz, is_added, key, means, with_unit};
+use super::meaning::{LIKE, hertz, is_added, key, means, with_unit};
+use super::note::spaced;
 use super::options::{Label, OpenOptions};
 use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
@@ -26,6 +27,16 @@ pub(super) struct Statement {
 }
 
 impl Statement {
+    pub(super) fn new(name: &str, place: &str, value: Value, unit: Option<String>) -> Statement {
+        let [name, place] = [name, place].map(str::to_owned);
+        Statement {
+            name,
+            place,
+            value,
+            unit,
+        }
+    }
+
     fn text(&self) -> String {
         match (self.value.text(), self.numbers().as_deref()) {
             (Some(text), _) => format!("{text:?}"),
@@ -35,10 +46,7 @@ impl Statement {
     }
 
     pub(super) fn shown(&self) -> String {
-        let unit = self.unit.as_deref().unwrap_or_default();
-        format!("`{}` = {} {unit}", self.place, self.text())
-            .trim_end()
-            .to_owned()
+        format!("`{}` = {}{}", self.place, self.text(), spaced(&self.unit))
     }
 
     pub(super) fn note(&self, what: &'static str) -> Note {
@@ -55,10 +63,9 @@ impl Statement {
             return None;
         };
         // Dates and times of day begin with a number, too.
-        let is_date = unit
-            .as_ref()
-            .is_some_and(|unit| unit.starts_with([':', '-', '/']));
-        (!is_date).then(|| (format!("{value:e}"), unit))
+        let is_date = |unit: &String| unit.starts_with([':', '-', '/']);
+        let is_number = !unit.as_ref().is_some_and(is_date);
+        is_number.then(|| (format!("{value:e}"), unit))
     }
 
     /// Numbers of a list, or the one.
@@ -85,8 +92,11 @@ pub(super) struct Statements {
 impl Statements {
     /// Whether a name is one of any statement.
     pub(super) fn is_one(&self, name: &str) -> bool {
-        let of_samples = TABLE.iter().filter(|(is, ..)| *is >= Step && *is <= Offset);
-        of_samples.into_iter().any(|(is, ..)| self.has(name, *is))
+        let of_axes = [TimeOrigin, SpaceOrigin, TimeUnit, SpaceUnit];
+        let mut all = [Step, Rate, Distance, Unit, Scale, Offset]
+            .into_iter()
+            .chain(of_axes);
+        all.any(|meaning| self.has(name, meaning))
     }
 
     pub(super) fn of_all(all: Vec<Statement>) -> Statements {
@@ -182,9 +192,9 @@ impl Statements {
             let (number, own) = one.number()?;
             let in_name = means(&one.name, meaning, self.are_settings).flatten();
             let beside = self.unit_of(&one.name);
-            let units = [own, one.unit.clone(), in_name, beside.clone()];
-            let with_unit = |unit: String| in_unit(&number, &unit);
-            let measure = units.into_iter().flatten().find_map(with_unit);
+            let units = [&own, &one.unit, &in_name, &beside];
+            let with_unit = |unit: &Option<String>| in_unit(&number, unit.as_ref()?);
+            let measure = units.into_iter().find_map(with_unit);
             let measure = measure.or_else(|| number.parse().ok().map(Measure::new))?;
             measure.value.is_finite().then(|| Known {
                 measure,
@@ -212,16 +222,14 @@ impl Statements {
             let in_hertz = rate(&format!("{:e}", known.measure.value), "Hz");
             known.measure = in_hertz.unwrap_or(Measure::new(0.0));
         }
-        steps.extend(self.known(Step, "sample interval", typed::<Time>));
-        let origins = self.known(TimeOrigin, "time of the first sample", typed::<Time>);
-        let unit = (self.texts(TimeUnit), stated.time_unit.is_some());
-        let rules = options.evenness("time");
+        let what = "sample interval";
+        steps.extend(self.known(Step, what, typed::<Time>));
         AxisBeside::of(
-            ["time", "sample interval"],
+            ["time", what],
             (steps, stated.dt),
-            origins,
-            unit,
-            rules,
+            self.known(TimeOrigin, "time of the first sample", typed::<Time>),
+            (self.texts(TimeUnit), stated.time_unit.is_some()),
+            options.evenness("time"),
         )
     }
 
@@ -250,11 +258,8 @@ impl Statements {
         };
         let differs = |(_, other): &&(&Statement, &str)| quotient(other) != quotient(unit);
         if let Some((other, _)) = units.iter().find(differs) {
-            return Err(contradiction(
-                "unit of the samples",
-                first.shown(),
-                other.shown(),
-            ));
+            let what = "unit of the samples";
+            return Err(contradiction(what, first.shown(), other.shown()));
         }
         // `units` is where every reader looks.
         notes.extend((first.name != "units").then(|| first.note("unit")));
@@ -276,7 +281,7 @@ impl Statements {
             let found = self.lists(meaning).filter(|(one, _)| is_one(one));
             let found: Vec<(&Statement, Vec<f64>)> = found.collect();
             let Some((first, numbers)) = found.first() else {
-                return Ok(Factor::One(neutral));
+                return Ok(Factor::one(neutral));
             };
             if let Some((other, _)) = found.iter().find(|(_, others)| others != numbers) {
                 return Err(contradiction(what, first.shown(), other.shown()));
@@ -285,9 +290,9 @@ impl Statements {
                 notes.push(first.note(what));
             }
             match numbers.len() {
-                1 => Ok(Factor::One(numbers[0])),
-                n if n == n_sites && n != n_times => Ok(Factor::Sites(numbers.clone())),
-                n if n == n_times && n != n_sites => Ok(Factor::Times(numbers.clone())),
+                1 => Ok(Factor::one(numbers[0])),
+                n if n == n_sites && n != n_times => Ok(Factor::new(numbers.clone(), [0, 1])),
+                n if n == n_times && n != n_sites => Ok(Factor::new(numbers.clone(), [1, 0])),
                 _ => Err(InputFault::Factors {
                     place: first.place.clone(),
                     what,

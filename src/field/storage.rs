@@ -48,38 +48,32 @@ impl AsRef<[u8]> for Values {
     }
 }
 
-/// A number for all samples, or one for each time or site.
+/// A number for all samples, or one for each time or site: that at `time * strides[0] + site * strides[1]`.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Factor {
-    One(f64),
-    Times(Vec<f64>),
-    Sites(Vec<f64>),
+pub(crate) struct Factor {
+    numbers: Vec<f64>,
+    strides: [usize; 2],
 }
 
 impl Factor {
-    fn at(&self, time: usize, site: usize) -> f64 {
-        match self {
-            Factor::One(number) => *number,
-            Factor::Times(numbers) => numbers[time],
-            Factor::Sites(numbers) => numbers[site],
-        }
+    /// One number for all.
+    pub(crate) fn one(number: f64) -> Factor {
+        Factor::new(vec![number], [0, 0])
     }
 
-    /// That of the part that begins at this time and site.
-    fn from(&self, time: usize, site: usize) -> Factor {
-        match self {
-            Factor::One(number) => Factor::One(*number),
-            Factor::Times(numbers) => Factor::Times(numbers[time..].to_vec()),
-            Factor::Sites(numbers) => Factor::Sites(numbers[site..].to_vec()),
-        }
+    /// One for each time (strides 1 and 0) or each site (0 and 1).
+    pub(crate) fn new(numbers: Vec<f64>, strides: [usize; 2]) -> Factor {
+        Factor { numbers, strides }
     }
 
-    fn transposed(&self) -> Factor {
-        match self.clone() {
-            Factor::Times(numbers) => Factor::Sites(numbers),
-            Factor::Sites(numbers) => Factor::Times(numbers),
-            one => one,
-        }
+    /// The number, if there is one for all.
+    pub(crate) fn only(&self) -> Option<f64> {
+        (self.strides == [0, 0]).then(|| self.numbers[0])
+    }
+
+    /// Those of the part that begins at this time and site.
+    fn from(&self, time: usize, site: usize) -> &[f64] {
+        &self.numbers[time * self.strides[0] + site * self.strides[1]..]
     }
 }
 
@@ -95,8 +89,13 @@ pub(crate) struct Packing {
 }
 
 impl Packing {
+    /// Scale and offset, if they are those of all samples.
+    fn linear(&self) -> Option<[f64; 2]> {
+        Some([self.scale.only()?, self.offset.only()?])
+    }
+
     fn is_scaled(&self) -> bool {
-        (&self.scale, &self.offset) != (&Factor::One(1.0), &Factor::One(0.0))
+        self.linear() != Some([1.0, 0.0])
     }
 
     fn is_plain(&self) -> bool {
@@ -113,6 +112,7 @@ impl Packing {
         site_major: bool,
     ) {
         const PART: usize = 1024;
+        let single = self.linear();
         for part in numbers.chunks_mut(PART) {
             for &gap in &self.gaps {
                 for number in &mut *part {
@@ -125,22 +125,21 @@ impl Packing {
                     *number = if is_valid { *number } else { f64::NAN };
                 }
             }
-            if let (Factor::One(scale), Factor::One(offset), true) =
-                (&self.scale, &self.offset, self.is_scaled())
-            {
+            if let (Some([scale, offset]), true) = (single, self.is_scaled()) {
                 for number in part {
                     *number = scale * *number + offset;
                 }
             }
         }
-        if let (Factor::One(_), Factor::One(_)) = (&self.scale, &self.offset) {
+        if single.is_some() {
             return;
         }
         let (rows, columns) = by_rows(!site_major, times, sites);
         for (row, numbers) in rows.zip(numbers.chunks_mut(columns.len())) {
             for (column, number) in columns.clone().zip(numbers) {
                 let (time, site) = by_rows(!site_major, row, column);
-                *number = self.scale.at(time, site) * *number + self.offset.at(time, site);
+                let [scale, offset] = [&self.scale, &self.offset].map(|of| of.from(time, site)[0]);
+                *number = scale * *number + offset;
             }
         }
     }
@@ -231,14 +230,15 @@ impl Storage {
     /// The part of the storage that begins at this time and site.
     pub(crate) fn from(mut self, time: usize, site: usize) -> Self {
         self.start = self.byte(time, site);
-        self.with_factors(|factor| factor.from(time, site))
+        let part = |of: &Factor| Factor::new(of.from(time, site).to_vec(), of.strides);
+        self.with_factors(part)
     }
 
     /// The same samples with times for sites.
     pub(crate) fn transposed(&self) -> Storage {
         let mut storage = self.clone();
         storage.strides.reverse();
-        storage.with_factors(Factor::transposed)
+        storage.with_factors(|of| Factor::new(of.numbers.clone(), [of.strides[1], of.strides[0]]))
     }
 
     fn with_factors(self, of: impl Fn(&Factor) -> Factor) -> Storage {

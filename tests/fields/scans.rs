@@ -162,12 +162,6 @@ fn val_identity_records_by_a_table() {
         scan.open(&files, &OpenOptions::default()),
         Err(Error::Unfit { .. })
     ));
-    let list = (0..SITES).map(|j| 2.0 * ((j + 3) % SITES) as f64);
-    let listed = Scan::new(PositionFrom::Listed {
-        positions: list.collect(),
-        unit: Some("mm".into()),
-    });
-    check(&opened(&listed, &files));
 }
 
 /// Records of one hammer blow each, under different delays.

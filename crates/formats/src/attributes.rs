@@ -20,9 +20,8 @@ pub enum Value {
 impl Value {
     /// The only number that it is.
     pub fn number(&self) -> Option<f64> {
-        match self {
-            Value::Integers(values) if values.len() == 1 => Some(values[0] as f64),
-            Value::Numbers(values) if values.len() == 1 => Some(values[0]),
+        match &self.numbers()?[..] {
+            [only] => Some(*only),
             _ => None,
         }
     }
@@ -70,10 +69,7 @@ impl Value {
         if values.iter().all(|value| *value == first) {
             return Some(first.clone());
         }
-        let integer = |value: &&Value| match value {
-            Value::Integers(values) if values.len() == 1 => Some(values[0]),
-            _ => None,
-        };
+        let integer = |value: &&Value| value.integer().filter(|_| value.number().is_some());
         let text = |value: &&Value| match value {
             Value::Text(text) => text.clone(),
             Value::Texts(texts) => texts.join(", "),

@@ -205,6 +205,14 @@ enum Source {
     Damaged(Error),
 }
 
+impl Coordinate {
+    /// Even ones, in a unit that may be empty.
+    pub(crate) fn even(origin: f64, step: f64, unit: &str) -> Coordinate {
+        let unit = Some(unit.to_owned()).filter(|unit| !unit.is_empty());
+        Coordinate::Even { origin, step, unit }
+    }
+}
+
 impl Dimension {
     /// One without name and coordinate.
     pub fn new(len: u64) -> Dimension {
@@ -390,11 +398,9 @@ impl Container {
     /// # Errors
     /// If its bytes are damaged.
     pub fn text(&self, variable: usize) -> Result<Option<String>> {
-        match (
-            self.variables[variable].sample_type.number(),
-            &self.sources[variable],
-        ) {
-            (None, Source::Bytes(unpack)) => {
+        let is_number = self.variables[variable].sample_type.number().is_some();
+        match &self.sources[variable] {
+            Source::Bytes(unpack) if !is_number => {
                 let text = String::from_utf8_lossy((*unpack()?).as_ref()).into_owned();
                 Ok(Some(text))
             }
@@ -480,10 +486,10 @@ impl Container {
         let sample = self.number(variable)?;
         let found = &self.variables[variable];
         let block: Vec<Range<u64>> = found.dimensions.iter().map(|d| 0..d.len).collect();
-        let bytes = found.count().unwrap_or(u64::MAX);
-        let bytes = bytes.saturating_mul(sample.bytes() as u64);
-        if bytes > self.most_bytes {
-            let expected = format!("at most {} bytes of samples in this file", self.most_bytes);
+        let (count, most) = (found.count().unwrap_or(u64::MAX), self.most_bytes);
+        let bytes = count.saturating_mul(sample.bytes() as u64);
+        if bytes > most {
+            let expected = format!("at most {most} bytes of samples in this file");
             return Err(found.damaged(expected, bytes));
         }
         let mut out = Vec::new();
@@ -509,15 +515,13 @@ pub(crate) fn assign_coordinates(variables: &mut [Variable]) {
     };
     let by_path = variables.iter().enumerate().filter_map(coordinate);
     let by_path: HashMap<String, (usize, u64)> = by_path.collect();
-    for Variable {
-        path, dimensions, ..
-    } in variables
-    {
-        for d in dimensions {
+    for variable in variables {
+        let path = &variable.path;
+        for d in &mut variable.dimensions {
             let Some(name) = &d.name else { continue };
             let groups = path.rmatch_indices('/').map(|(at, _)| at + 1).chain([0]);
-            let mut found =
-                groups.filter_map(|end| by_path.get(&format!("{}{name}", &path[..end])));
+            let named = groups.map(|end| format!("{}{name}", &path[..end]));
+            let mut found = named.filter_map(|path| by_path.get(&path));
             let found = found.find(|(_, len)| *len == d.len);
             d.coordinate = found.map(|(i, _)| Coordinate::Listed(*i));
         }

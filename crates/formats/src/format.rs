@@ -163,23 +163,18 @@ pub fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container
 
 /// The same, with integers as unsigned or signed as their attribute `_Unsigned` says, a convention of NetCDF.
 fn with_unsigned(mut container: Container) -> Container {
-    use Sample::*;
-    const PAIRS: [(Sample, Sample); 4] = [(I8, U8), (I16, U16), (I32, U32), (I64, U64)];
     for variable in &mut container.variables {
         let stated = variable.attributes.text("_Unsigned");
+        let kind = match stated.map(str::to_ascii_lowercase).as_deref() {
+            Some("true") => 'u',
+            Some("false") => 'i',
+            _ => continue,
+        };
         let SampleType::Number(sample) = &mut variable.sample_type else {
             continue;
         };
-        let mut pairs = PAIRS.iter();
-        let meant = match stated.map(str::to_ascii_lowercase).as_deref() {
-            Some("true") => pairs
-                .find(|(signed, _)| signed == sample)
-                .map(|pair| pair.1),
-            Some("false") => pairs
-                .find(|(_, unsigned)| unsigned == sample)
-                .map(|pair| pair.0),
-            _ => None,
-        };
+        let is_integer = sample.name().starts_with(['i', 'u']);
+        let meant = Sample::of_kind(kind, sample.bytes()).filter(|_| is_integer);
         let Some(meant) = meant else { continue };
         *sample = meant;
         // Fill values are of the stored type.

@@ -27,16 +27,17 @@ pub(crate) fn detect(bytes: &[u8]) -> Option<Format> {
 pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container> {
     let mut container = Container::new(format, &bytes);
     let bytes = (*bytes).as_ref();
+    if detect(bytes).is_none() {
+        let expected = "CDF of version 1, 2 or 5";
+        return Err(Error::damaged("byte 0", expected, beginning(bytes)));
+    }
     let cursor = Cursor {
         bytes,
-        at: 0,
+        at: 4,
         order: ByteOrder::Big,
     };
-    if detect(bytes).is_none() {
-        return Err(cursor.damaged("CDF of version 1, 2 or 5", beginning(bytes)));
-    }
     let mut header = Header {
-        cursor: Cursor { at: 4, ..cursor },
+        cursor,
         version: bytes[3],
         budget: Budget::new("the header of a NetCDF-3 file", options),
     };
@@ -55,23 +56,12 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     for _ in 0..header.list(VARIABLES, "variables")? {
         entries.push(header.entry(&dimensions)?);
     }
-    let beyond = |name: &str| {
-        let found = format!("a file of {}", bytes.len());
-        Error::damaged(format!("variable {name}"), "fewer than 2^64 bytes", found)
-    };
     // A single variable of records is not padded.
-    let padded = match entries.iter().filter(|entry| entry.is_record).count() {
-        1 => 1,
-        _ => 4,
-    };
-    let mut record = 0u64;
-    for entry in entries.iter().filter(|entry| entry.is_record) {
-        let bytes = entry
-            .slab(&dimensions)
-            .and_then(|n| n.checked_next_multiple_of(padded));
-        let sum = bytes.and_then(|bytes| record.checked_add(bytes));
-        record = sum.ok_or_else(|| beyond(&entry.name))?;
-    }
+    let of_records = || entries.iter().filter(|entry| entry.is_record);
+    let padded = if of_records().count() == 1 { 1 } else { 4 };
+    let slabs = of_records().map(|entry| entry.slab(&dimensions)?.checked_next_multiple_of(padded));
+    let record = slabs.fold(Some(0u64), |sum, slab| sum?.checked_add(slab?));
+    let record = record.unwrap_or(u64::MAX);
     for entry in entries {
         let of = entry.dimensions.iter().map(|d| &dimensions[*d]);
         let of = of.map(|(name, len)| Dimension::new(*len).named(name.clone()));
@@ -90,11 +80,10 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
             Some(sample) => Variable::new(entry.name, of, sample),
             None => Variable::other(entry.name, of, "text"),
         };
-        let count = variable.count().ok_or_else(|| beyond(&variable.path))?;
-        let end = end.ok_or_else(|| beyond(&variable.path))?;
-        if count > 0 && end > bytes.len() as u64 {
-            let found = format!("a file of {}", bytes.len());
-            return Err(variable.damaged(format!("{end} bytes"), found));
+        let end = end.filter(|_| variable.count().is_some());
+        if variable.count() != Some(0) && end.is_none_or(|end| end > bytes.len() as u64) {
+            let expected = format!("{} bytes", end.map_or("2^64".into(), |end| end.to_string()));
+            return Err(variable.damaged(expected, format!("a file of {}", bytes.len())));
         }
         variable.attributes = entry.attributes;
         variable.place = Place::in_file(entry.begin, strides, ByteOrder::Big);
@@ -214,9 +203,8 @@ impl<'a> Header<'a> {
             let known = usize::try_from(d).ok().filter(|d| *d < dimensions.len());
             // Only the first dimension counts records.
             let known = known.filter(|d| i == 0 || dimensions[*d].1 != 0);
-            let Some(d) = known else {
-                return Err(at.damaged(format!("one of {} dimensions", dimensions.len()), d));
-            };
+            let expected = || format!("one of {} dimensions", dimensions.len());
+            let d = known.ok_or_else(|| at.damaged(expected(), d))?;
             let bytes = size_of::<Dimension>() + dimensions[d].0.len();
             self.budget.take(bytes as u64)?;
             of.push(d);

@@ -54,7 +54,7 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
         };
         let place = format!("member {name:?}");
         let within = move |fault: Error| fault.within(&place);
-        let fault = match member.prefix().map(|prefix| Header::parse(&prefix)) {
+        match member.prefix().map(|prefix| Header::parse(&prefix)) {
             Ok(Ok(header)) if header.is_text => {
                 let is_short = header.shape[0] <= SHORT_TEXT;
                 let text = move || member.text(&header).map_err(&within);
@@ -63,27 +63,20 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
                     let text = String::from_utf8_lossy((*text).as_ref());
                     container.attributes.insert_text(&*name, text);
                 }
-                let variable = Variable::other(name, Vec::new(), "text");
-                container.push_in(variable, text);
-                continue;
+                container.push_in(Variable::other(name, Vec::new(), "text"), text);
             }
             Ok(Ok(header)) => {
                 let variable = header.variable(&name, member.place());
                 let unpack = move || member.bytes(&header).map_err(&within);
                 container.push_in(variable, unpack);
-                continue;
             }
             // Sound but something else, unless damage makes it look so.
             Ok(Err(Error::Unsupported { .. })) => match member.check() {
-                Ok(()) => {
-                    container.push(Variable::other(name, Vec::new(), "no numbers"));
-                    continue;
-                }
-                Err(fault) => fault,
+                Ok(()) => container.push(Variable::other(name, Vec::new(), "no numbers")),
+                Err(fault) => container.push_damaged(name, within(fault)),
             },
-            Ok(Err(fault)) | Err(fault) => fault,
-        };
-        container.push_damaged(name, within(fault));
+            Ok(Err(fault)) | Err(fault) => container.push_damaged(name, within(fault)),
+        }
     }
     Ok(container)
 }
@@ -121,10 +114,8 @@ impl Member {
         let mut zip = self.zip.clone();
         let entry = zip.by_index_raw(self.index).map_err(fault)?;
         let (size, packed) = (entry.size(), entry.compressed_size());
-        let end = entry
-            .data_start()
-            .unwrap_or(u64::MAX)
-            .saturating_add(packed);
+        let start = entry.data_start().unwrap_or(u64::MAX);
+        let end = start.saturating_add(packed);
         if end > length {
             return Err(npy::too_short(end, length));
         }
@@ -133,12 +124,12 @@ impl Member {
             self.whole(|chunk| std::io::copy(chunk, &mut sink()))?;
             return Ok(Arc::clone(&self.file));
         }
-        let inflated = |found: u64| match found == expected {
-            true => Ok(()),
-            false => {
-                let expected = format!("{expected} bytes once inflated");
+        let inflated = |found: u64| {
+            let wrong = (found != expected).then_some(found);
+            let expected = format!("{expected} bytes once inflated");
+            wrong.map_or(Ok(()), |found| {
                 Err(Error::damaged("the array", expected, found))
-            }
+            })
         };
         inflated(size.min(packed.saturating_mul(MAX_INFLATION)))?;
         let memory = |allowed| Error::Memory {

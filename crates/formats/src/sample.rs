@@ -64,9 +64,8 @@ impl Sample {
 
     /// The distance of neighbouring stored numbers as large as the largest of `values`.
     pub fn spacing(self, values: &[f64]) -> f64 {
-        let largest = values
-            .iter()
-            .fold(0.0, |max: f64, value| max.max(value.abs()));
+        let sizes = values.iter().map(|value| value.abs());
+        let largest = sizes.fold(0.0, f64::max);
         match largest > 0.0 && largest.is_finite() {
             true => self.relative_rounding() * largest.log2().floor().exp2(),
             false => 0.0,
@@ -122,7 +121,7 @@ impl Sample {
     }
 
     /// Whether it is a floating-point number.
-    pub(crate) fn is_float(self) -> bool {
+    pub fn is_float(self) -> bool {
         matches!(
             self,
             Sample::F64 | Sample::F32 | Sample::F16 | Sample::IbmF32
@@ -259,10 +258,9 @@ pub enum ByteOrder {
 
 impl ByteOrder {
     /// That of this machine.
-    pub const NATIVE: ByteOrder = if cfg!(target_endian = "big") {
-        ByteOrder::Big
-    } else {
-        ByteOrder::Little
+    pub const NATIVE: ByteOrder = match cfg!(target_endian = "big") {
+        true => ByteOrder::Big,
+        false => ByteOrder::Little,
     };
 
     /// The unsigned number of at most 8 bytes.
@@ -284,7 +282,7 @@ pub fn half_to_f64(bits: u16) -> f64 {
         31 => f64::NAN,
         exponent => (1024.0 + fraction) * 2f64.powi(i32::from(exponent) - 25),
     };
-    if bits & 0x8000 == 0 {
+    if bits >> 15 == 0 {
         magnitude
     } else {
         -magnitude
@@ -322,10 +320,8 @@ mod tests {
     fn integers_keep_their_sign_and_order() {
         let to_i64 = |sample: Sample, order, bytes: &[u8]| sample.to_i64(order, bytes);
         assert_eq!(to_i64(Sample::I16, ByteOrder::Big, &[0xff, 0xfe]), Some(-2));
-        assert_eq!(
-            to_i64(Sample::U16, ByteOrder::Big, &[0xff, 0xfe]),
-            Some(65534)
-        );
+        let unsigned = to_i64(Sample::U16, ByteOrder::Big, &[0xff, 0xfe]);
+        assert_eq!(unsigned, Some(65534));
         let large = (-(1i64 << 62) - 1).to_le_bytes();
         let found = to_i64(Sample::I64, ByteOrder::Little, &large);
         assert_eq!(found, Some(-(1i64 << 62) - 1));

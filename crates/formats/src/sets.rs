@@ -44,9 +44,7 @@ pub(crate) fn others<T>(
     let sets = sets.iter();
     let apart = sets.filter_map(move |(traits, arrays)| Some((traits.differs(of)?, arrays)));
     apart.flat_map(move |(why, arrays)| {
-        let named = arrays
-            .iter()
-            .map(|array| format!("{} ({why})", name(array)));
+        let named = arrays.iter().map(|one| format!("{} ({why})", name(one)));
         named.collect::<Vec<_>>()
     })
 }
@@ -67,15 +65,12 @@ pub(crate) fn variables<T>(
     path_of: impl Fn(&T) -> String,
     remark: impl Fn(&Sets<T>, &Traits) -> Option<String>,
 ) -> Vec<Alike<T>> {
-    let is_several = |arrays: &Vec<T>| arrays.len() > 1;
-    let several = sets.values().filter(|arrays| is_several(arrays)).count();
-    let remarks = sets
-        .iter()
-        .map(|(traits, arrays)| match is_several(arrays) {
-            true => remark(&sets, traits),
-            false => None,
-        });
-    let remarks: Vec<Option<String>> = remarks.collect();
+    let several = sets.values().filter(|arrays| arrays.len() > 1).count();
+    let said = |(traits, arrays): (&Traits, &Vec<T>)| {
+        let is_several = arrays.len() > 1;
+        is_several.then(|| remark(&sets, traits)).flatten()
+    };
+    let remarks: Vec<Option<String>> = sets.iter().map(said).collect();
     let mut number = 0;
     let variable = |(arrays, remark): (Vec<T>, Option<String>)| {
         let path = match &arrays[..] {

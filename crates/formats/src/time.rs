@@ -12,10 +12,9 @@ pub(crate) const UNIT: &str = "nanoseconds since 1970-01-01";
 pub fn numpy_times(unit: &str, is_date: bool) -> Option<(String, f64)> {
     let digits = unit.bytes().take_while(u8::is_ascii_digit).count();
     let (count, unit) = unit.split_at(digits);
-    let count: f64 = if count.is_empty() {
-        1.0
-    } else {
-        count.parse().ok()?
+    let count: f64 = match digits {
+        0 => 1.0,
+        _ => count.parse().ok()?,
     };
     let (unit, size) = match unit {
         "W" => ("days", 7.0),

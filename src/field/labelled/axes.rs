@@ -5,8 +5,8 @@ use wavecascade_formats::{Coordinate, Sample};
 use super::super::Note;
 use super::super::beside::{AxisBeside, Given, Listing};
 use super::super::coordinates::{Coordinates, Listed};
+use super::Arrays;
 use super::choose::Place;
-use super::{Arrays, is_float};
 use crate::error::Result;
 use crate::measure::{self, Dimension, Time};
 
@@ -45,7 +45,7 @@ pub(super) fn axis<D: Dimension + Copy>(
 fn listing(arrays: &Arrays, i: usize, is_time: bool) -> Result<Listing> {
     let variable = arrays.variable(i);
     let sample = variable.sample_type.number();
-    let integers = match sample.is_some_and(is_float) {
+    let integers = match sample.is_some_and(Sample::is_float) {
         true => None,
         false => arrays.container.integers(i)?,
     };
@@ -110,20 +110,14 @@ pub(in crate::field) fn counted(
 
 /// The unit of times without one that can only count from 1970: in seconds and their fractions, 2001 to 2286.
 fn since_1970(values: &[f64]) -> Option<String> {
-    const UNITS: [(&str, f64); 4] = [
-        ("seconds", 1e9),
-        ("milliseconds", 1e12),
-        ("microseconds", 1e15),
-        ("nanoseconds", 1e18),
-    ];
+    let units = ["seconds", "milliseconds", "microseconds", "nanoseconds"];
     let (first, last) = (values.first()?, values.last()?);
-    let fits = |(_, least): &&(&str, f64)| {
-        [first, last]
-            .iter()
-            .all(|v| (*least..10.0 * least).contains(*v))
+    let fits = |(_, least): &(&str, f64)| {
+        let range = *least..10.0 * least;
+        range.contains(first) && range.contains(last)
     };
-    let (unit, _) = UNITS.iter().find(fits)?;
-    Some(format!("{unit} since 1970-01-01"))
+    let mut least = units.into_iter().zip([1e9, 1e12, 1e15, 1e18]);
+    Some(format!("{} since 1970-01-01", least.find(fits)?.0))
 }
 
 /// `seconds since 2026-01-01`, as the CF conventions write times.
@@ -144,21 +138,13 @@ impl<'a> Since<'a> {
         let (counts, date) = units.split_once(" since ")?;
         let lower = counts.trim().to_ascii_lowercase();
         let singular = lower.strip_suffix('s').unwrap_or(&lower);
-        let (unit, divisor) = match singular {
+        let known = measure::symbol::<Time>(&lower).or(measure::symbol::<Time>(singular));
+        let (unit, divisor) = match known.unwrap_or(singular) {
             "day" | "d" => ("h", 1.0 / 24.0),
-            "nanosecond" | "n" => ("s", 1e9),
-            "microsecond" | "u" => ("s", 1e6),
-            "millisecond" | "m" => ("s", 1e3),
-            _ => (
-                measure::symbol::<Time>(&lower).or(measure::symbol::<Time>(singular))?,
-                1.0,
-            ),
-        };
-        let (unit, divisor) = match unit {
             "ns" => ("s", 1e9),
-            "us" => ("s", 1e6),
-            "ms" => ("s", 1e3),
-            unit => (unit, divisor),
+            "us" | "u" => ("s", 1e6),
+            "ms" | "m" => ("s", 1e3),
+            _ => (known?, 1.0),
         };
         Some(Since {
             unit,

@@ -6,7 +6,7 @@ use wavecascade_formats::{Container, Coordinate, Dimension, Format, Variable};
 
 use super::super::meaning::{Meaning, known_as};
 use super::super::note::spaced;
-use super::super::options::{At, Label};
+use super::super::options::Label;
 use super::super::storage::by_rows;
 use super::super::{Layout, Note};
 use super::Arrays;
@@ -54,19 +54,13 @@ impl Choice {
         let options = arrays.source.options;
         let variable = variable(&arrays.container, options.variable.as_deref())?;
         let found = arrays.variable(variable);
-        let named = |name: &Option<String>| {
-            let place = name.as_ref().map(|name| dimension(found, name));
-            place.transpose()
-        };
+        let of_name = |name: &String| dimension(found, name);
+        let named = |name: &Option<String>| name.as_ref().map(of_name).transpose();
         let stated = [named(&options.time_dim)?, named(&options.space_dim)?];
         let (mut fixed, mut notes) = (Vec::new(), Vec::new());
-        for At {
-            dimension: name,
-            label,
-        } in &options.at
-        {
-            let place = dimension(found, name)?;
-            let (index, note) = index_at(arrays, found, place, label)?;
+        for at in &options.at {
+            let place = dimension(found, &at.dimension)?;
+            let (index, note) = index_at(arrays, found, place, &at.label)?;
             fixed.push((place, index));
             notes.extend(note);
         }
@@ -98,9 +92,11 @@ impl Choice {
     /// Times and sites, of which there is one where no dimension counts them.
     pub fn shape(&self, arrays: &Arrays) -> [usize; 2] {
         let dimensions = &arrays.variable(self.variable).dimensions;
-        let length = |place: &Place| {
-            let len = dimensions[place.dimension].len;
-            usize::try_from(len).unwrap_or(usize::MAX)
+        let length = |at: &Place| {
+            dimensions[at.dimension]
+                .len
+                .try_into()
+                .unwrap_or(usize::MAX)
         };
         [length(&self.times), self.sites.as_ref().map_or(1, length)]
     }
@@ -112,15 +108,9 @@ impl Choice {
             let bare = name.map(|name| name.trim_start_matches('/'));
             bare.map_or(String::new(), |name| format!(", `{name}` its {what}"))
         };
-        let (times, sites) = (
-            of(Some(&self.times), "times"),
-            of(self.sites.as_ref(), "sites"),
-        );
+        let axes = of(Some(&self.times), "times") + &of(self.sites.as_ref(), "sites");
         let path = &arrays.variable(self.variable).path;
-        Note::told(
-            "variable",
-            format!("variable `{path}` is the field{times}{sites}"),
-        )
+        Note::told("variable", format!("variable `{path}` is the field{axes}"))
     }
 }
 
@@ -133,17 +123,17 @@ fn roles(
     [time, space]: [Option<usize>; 2],
 ) -> Result<(usize, Option<usize>, bool)> {
     let found = arrays.variable(variable);
-    let fault = |fault: InputFault| Err(fault.into());
+    let no_times = |d: usize| InputFault::NoTimes {
+        variable: found.path.clone(),
+        dimension: found.dimensions[d].name.clone().unwrap_or_default(),
+    };
     let role = |d: &usize| role(arrays, &found.dimensions[*d]);
-    let of_role = |wanted: Role| -> Vec<usize> {
-        let is_it = |d: &&usize| role(d) == Some(wanted);
-        long.iter().filter(is_it).copied().collect()
+    let those = |is_it: &dyn Fn(&usize) -> bool| -> Vec<usize> {
+        long.iter().copied().filter(is_it).collect()
     };
-    let only = |places: Vec<usize>| match places[..] {
-        [place] => Some(place),
-        _ => None,
-    };
-    let other = |one: usize| only(long.iter().copied().filter(|&d| d != one).collect());
+    let of_role = |wanted: Role| those(&|d| role(d) == Some(wanted));
+    let only = |places: Vec<usize>| (places.len() == 1).then(|| places[0]);
+    let other = |one: usize| only(those(&|d| *d != one));
     let time = time.or_else(|| only(of_role(Role::Time)).filter(|&d| space != Some(d)));
     let space = space.or_else(|| match time {
         Some(time) => other(time),
@@ -151,20 +141,14 @@ fn roles(
     });
     let time = time.or_else(|| space.and_then(other));
     match (time, space, long) {
-        (None, Some(_), &[only]) => fault(InputFault::NoTimes {
-            variable: found.path.clone(),
-            dimension: found.dimensions[only].name.clone().unwrap_or_default(),
-        }),
+        (None, Some(_), &[only]) => Err(no_times(only).into()),
         (Some(time), space, _) if long.len() <= 1 || space.is_some() => {
             match long.iter().find(|&&d| d != time && Some(d) != space) {
                 Some(&extra) => Err(further(arrays, found, extra)),
                 None => Ok((time, space, true)),
             }
         }
-        (None, None, &[first, _]) if of_role(Role::Space) == long => fault(InputFault::NoTimes {
-            variable: found.path.clone(),
-            dimension: found.dimensions[first].name.clone().unwrap_or_default(),
-        }),
+        (None, None, &[first, _]) if of_role(Role::Space) == long => Err(no_times(first).into()),
         (None, None, &[only]) => Ok((only, None, true)),
         (None, None, &[first, second]) => {
             let beside = Beside::of(arrays, variable);
@@ -176,40 +160,36 @@ fn roles(
             let (straight, crossed) = (fits(first, second), fits(second, first));
             // MATLAB writes the columns of an array first.
             let is_reversed = found.attributes.get("MATLAB_class").is_some();
-            let layout = arrays.source.stated.layout;
-            let by_layout = (layout.unwrap_or_default() == Layout::TimeSite) != is_reversed;
-            let is_straight = match layout.is_some() || straight == crossed {
+            let is_stated = arrays.source.stated.layout.is_some();
+            let by_layout = (arrays.source.layout() == Layout::TimeSite) != is_reversed;
+            let is_straight = match is_stated || straight == crossed {
                 true => by_layout,
                 false => straight > crossed,
             };
             let (time, space) = by_rows(is_straight, first, second);
             Ok((time, Some(space), straight != crossed))
         }
-        (_, _, &[]) => fault(InputFault::NoSamples {
-            shape: found.shape(),
-        }),
+        (_, _, &[]) => Err(no_samples(found).into()),
         _ => {
             // What has the name of positions is the last to be left over.
             let is_position = |d: usize| {
-                let name = found.dimensions[d].name.as_deref();
-                name.is_some_and(|name| known_as(last_name(name), Meaning::Position).is_some())
+                let name = found.dimensions[d].name.as_deref().unwrap_or_default();
+                known_as(last_name(name), Meaning::Position).is_some()
             };
-            let rank = |d: &&usize| (role(d) == Some(Role::Space), is_position(**d));
-            let others = long.iter().filter(|&&d| Some(d) != time);
-            let left = others.min_by_key(rank).copied();
-            Err(further(arrays, found, left.unwrap_or(long[0])))
+            let rank = |d: &usize| (role(d) == Some(Role::Space), is_position(*d));
+            let others = those(&|d| Some(*d) != time).into_iter();
+            let left = others.min_by_key(rank).unwrap_or(long[0]);
+            Err(further(arrays, found, left))
         }
     }
 }
 
 /// Lists of numbers in the group of a variable that hold times or positions, by their names and units.
 struct Beside<'a> {
+    arrays: &'a Arrays<'a>,
     variable: &'a Variable,
     /// With the role, the place and the length of each.
     lists: Vec<(Role, usize, u64)>,
-    container: &'a Container,
-    /// Whether an axis is stated in full, so that no coordinates are needed.
-    is_stated: [bool; 2],
 }
 
 impl<'a> Beside<'a> {
@@ -226,32 +206,25 @@ impl<'a> Beside<'a> {
                 && other.sample_type.number().is_some()
                 && group(&other.path) == group(&found.path);
             let len = other.count().filter(|_| is_list && i != variable)?;
-            let name = last_name(&other.path);
+            let is = |meaning| known_as(last_name(&other.path), meaning).is_some();
             let role = match () {
                 _ if of_contacts == Some(i) => Role::Space,
-                _ if known_as(name, Meaning::Time).is_some() => Role::Time,
-                _ if known_as(name, Meaning::Position).is_some() && of_contacts.is_none() => {
-                    Role::Space
-                }
+                _ if is(Meaning::Time) => Role::Time,
+                _ if is(Meaning::Position) && of_contacts.is_none() => Role::Space,
                 _ if other.attributes.text("units")?.contains(" since ") => Role::Time,
                 _ => return None,
             };
             Some((role, i, len))
         };
-        let stated = &arrays.source.stated;
         let mut lists: Vec<_> = (0..container.variables.len()).filter_map(list).collect();
         // The plain name, such as `time`, goes before the others.
         let is_plain =
             |i: usize| matches!(last_name(&container.variables[i].path), "time" | "position");
         lists.sort_by_key(|(_, i, _)| !is_plain(*i));
         Beside {
+            arrays,
             variable: found,
             lists,
-            container,
-            is_stated: [
-                stated.t0.is_some() && stated.dt.is_some(),
-                stated.x0.is_some() && stated.dx.is_some(),
-            ],
         }
     }
 
@@ -266,39 +239,48 @@ impl<'a> Beside<'a> {
     /// # Errors
     /// A list of coordinates that has another length.
     fn place(&self, d: usize, role: Role) -> Result<Place, InputFault> {
-        let dimension = &self.variable.dimensions[d];
-        let is_time = role == Role::Time;
-        let is_stated = self.is_stated[usize::from(!is_time)];
-        let mut others = match &dimension.coordinate {
-            None if !is_stated => self.of_length(role, dimension.len),
-            _ => Vec::new(),
+        let Dimension {
+            name,
+            len,
+            coordinate,
+        } = &self.variable.dimensions[d];
+        let path = |i: usize| self.arrays.variable(i).path.clone();
+        let (stated, is_time) = (&self.arrays.source.stated, role == Role::Time);
+        // An axis that is stated in full needs no coordinates.
+        let is_stated = match role {
+            Role::Time => stated.t0.is_some() && stated.dt.is_some(),
+            Role::Space => stated.x0.is_some() && stated.dx.is_some(),
         };
-        let is_of_role = |(of, _, len): &&(Role, usize, u64)| *of == role && *len > 1;
-        if dimension.coordinate.is_none()
-            && others.is_empty()
+        let mut others = match coordinate.is_none() && !is_stated {
+            true => self.of_length(role, *len),
+            false => Vec::new(),
+        };
+        let is_other = |(of, _, len): &&(Role, usize, u64)| *of == role && *len > 1;
+        if coordinate.is_none()
             && !is_stated
-            && let Some((_, i, len)) = self.lists.iter().find(is_of_role)
+            && others.is_empty()
+            && let Some(&(_, i, found)) = self.lists.iter().find(is_other)
         {
             let fault = InputFault::AxisLength {
                 axis: if is_time { "time" } else { "space" },
-                expected: dimension.len,
-                found: *len,
+                expected: *len,
+                found,
             };
             return Err(InputFault::Member {
-                member: self.container.variables[*i].path.clone(),
+                member: path(i),
                 fault: Box::new(fault),
             });
         }
         let sibling = (!others.is_empty()).then(|| Coordinate::Listed(others.remove(0)));
-        let coordinate = dimension.coordinate.clone().or(sibling);
+        let coordinate = coordinate.clone().or(sibling);
         let listed = match coordinate {
-            Some(Coordinate::Listed(i)) => Some(self.container.variables[i].path.clone()),
+            Some(Coordinate::Listed(i)) => Some(path(i)),
             _ => None,
         };
         Ok(Place {
             dimension: d,
             is_time,
-            name: listed.or(dimension.name.clone()),
+            name: listed.or(name.clone()),
             coordinate,
             others,
         })
@@ -315,16 +297,16 @@ fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputF
         };
         let mut called = (0..variables.len()).filter(|&i| last_name(&variables[i].path) == wanted);
         let by_last_name = called.next().filter(|_| called.next().is_none());
-        let no_such = || InputFault::NoSuchVariable {
+        let place = container.find(wanted).or(by_last_name);
+        let place = place.ok_or_else(|| InputFault::NoSuchVariable {
             name: wanted.to_owned(),
             variables: list(container),
-        };
-        let place = container.find(wanted).or(by_last_name);
-        let place = place.ok_or_else(no_such)?;
-        return match &variables[place].sample_type.number() {
-            Some(_) if variables[place].count() != Some(0) => Ok(place),
-            Some(_) => Err(no_samples(&variables[place])),
-            None => Err(not_numbers(&variables[place])),
+        })?;
+        let found = &variables[place];
+        return match found.sample_type.number() {
+            Some(_) if found.count() != Some(0) => Ok(place),
+            Some(_) => Err(no_samples(found)),
+            None => Err(not_numbers(found)),
         };
     }
     let listed = |d: &Dimension| match d.coordinate {
@@ -334,17 +316,9 @@ fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputF
     let dimensions = variables.iter().flat_map(|v| &v.dimensions);
     let coordinates: HashSet<usize> = dimensions.filter_map(listed).collect();
     let is_coordinate = |i: usize| {
-        let name = last_name(&variables[i].path);
-        let known = [
-            Meaning::Time,
-            Meaning::Position,
-            Meaning::Scale,
-            Meaning::Offset,
-        ];
-        coordinates.contains(&i)
-            || known
-                .into_iter()
-                .any(|known| known_as(name, known).is_some())
+        use Meaning::{Offset, Position, Scale, Time};
+        let is = |meaning| known_as(last_name(&variables[i].path), meaning).is_some();
+        coordinates.contains(&i) || [Time, Position, Scale, Offset].into_iter().any(is)
     };
     let rank = |v: &Variable| v.dimensions.iter().filter(|d| d.len > 1).count();
     let is_candidate = |&i: &usize| {
@@ -426,13 +400,12 @@ fn dimension(variable: &Variable, name: &str) -> Result<usize, InputFault> {
     };
     let by_name = variable.dimensions.iter().position(is_it);
     let by_number = || name.parse().ok().filter(|&d| d < variable.dimensions.len());
-    by_name
-        .or_else(by_number)
-        .ok_or_else(|| InputFault::NoSuchDimension {
-            name: name.to_owned(),
-            variable: variable.path.clone(),
-            dimensions: dimensions(variable),
-        })
+    let no_such = || InputFault::NoSuchDimension {
+        name: name.to_owned(),
+        variable: variable.path.clone(),
+        dimensions: dimensions(variable),
+    };
+    by_name.or_else(by_number).ok_or_else(no_such)
 }
 
 /// The values of the coordinates of a dimension, and their unit.
@@ -455,14 +428,15 @@ fn further(arrays: &Arrays, variable: &Variable, place: usize) -> Error {
         Some((*first, *last, unit))
     });
     let name = d.name.as_deref();
+    let dimension = DimensionName {
+        name: name.map_or(place.to_string(), |name| last_name(name).to_owned()),
+        len: d.len,
+        range,
+    };
     Error::from(InputFault::FurtherDimension {
         variable: variable.path.clone(),
         dimensions: dimensions(variable),
-        dimension: Box::new(DimensionName {
-            name: name.map_or(place.to_string(), |name| last_name(name).to_owned()),
-            len: d.len,
-            range,
-        }),
+        dimension: Box::new(dimension),
     })
 }
 
@@ -500,21 +474,18 @@ fn nearest(
     };
     let by_number = |value: f64| {
         let is_index = value.fract() == 0.0 && (0.0..len as f64).contains(&value);
-        let last = len.saturating_sub(1);
-        is_index
-            .then_some((value as u64, None))
-            .ok_or_else(|| refuse(format!("an index from 0 to {last}")))
+        let expected = || format!("an index from 0 to {}", len.saturating_sub(1));
+        let index = is_index.then_some((value as u64, None));
+        index.ok_or_else(|| refuse(expected()))
     };
-    let stated = match label {
+    let (stated, has_unit) = match label {
         Label::Index(index) => return by_number(*index as f64),
-        Label::Value { value, .. } => *value,
+        Label::Value { value, unit } => (*value, unit.is_some()),
     };
     let Some((values, unit)) = listed else {
-        return match label {
-            Label::Value { unit: Some(_), .. } => {
-                Err(refuse(format!("an index, as `{name}` has no coordinates")))
-            }
-            _ => by_number(stated),
+        return match has_unit {
+            true => Err(refuse(format!("an index, as `{name}` has no coordinates"))),
+            false => by_number(stated),
         };
     };
     let factor = label.factor(unit.as_deref()).ok_or_else(|| {
@@ -527,18 +498,12 @@ fn nearest(
     let distance = |i: &usize| (values[*i] - value).abs();
     let nearest = (0..values.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
     let nearest = nearest.ok_or_else(|| refuse("a dimension with values".into()))?;
-    let neighbour = if nearest > 0 {
-        nearest - 1
-    } else {
-        nearest + 1
-    };
-    let step = values
-        .get(neighbour)
-        .map_or(0.0, |other| (other - values[nearest]).abs());
+    let neighbour = nearest.checked_sub(1).unwrap_or(nearest + 1);
+    let neighbour = values.get(neighbour);
+    let step = neighbour.map_or(0.0, |other| (other - values[nearest]).abs());
     let tolerance = (step / 2.0).max(1e-9 * value.abs());
     if distance(&nearest) > tolerance * (1.0 + 1e-9) {
-        let (first, last) = (values[0], values[values.len() - 1]);
-        let (first, last) = (measure::digits(first), measure::digits(last));
+        let [first, last] = [values[0], values[values.len() - 1]].map(measure::digits);
         return Err(refuse(format!("{first} to {last}{}", spaced(&unit))));
     }
     // Beyond what a number in single precision is rounded by.
@@ -562,14 +527,12 @@ fn role(arrays: &Arrays, dimension: &Dimension) -> Option<Role> {
         Some(Coordinate::Even { unit, .. }) => unit.as_deref().and_then(of_unit),
         Some(Coordinate::Listed(i)) => {
             let variable = arrays.variable(*i);
-            let axis = match variable.attributes.text("axis") {
+            let by_unit = || of_unit(&arrays.unit(*i)?);
+            match variable.attributes.text("axis") {
                 Some("T") => Some(Role::Time),
                 Some("X" | "Y" | "Z") => Some(Role::Space),
-                _ => None,
-            };
-            let by_unit = || of_unit(&arrays.unit(*i)?);
-            axis.or_else(by_unit)
-                .or_else(|| of_name(last_name(&variable.path)))
+                _ => by_unit().or_else(|| of_name(last_name(&variable.path))),
+            }
         }
         None => None,
     };

@@ -15,7 +15,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use wavecascade_formats::{
-    Attributes, Container, Dimension, Format, Options, Place, Remark, Sample, Value, Variable,
+    Attributes, Container, Dimension, Format, Options, Place, Remark, Value, Variable,
 };
 
 use super::coordinates::{Coordinates, Listed};
@@ -163,7 +163,8 @@ impl<'a> Arrays<'a> {
         self.own(i).own_unit().or_else(|| {
             let path = self.variable(i).path.trim_start_matches('/');
             let (group, name) = path.split_at(path.len() - last_name(path).len());
-            let beside = self.statements_in(group).unit_of(name);
+            let beside = Statements::of_all(stated(&self.container.attributes, group, ""));
+            let beside = beside.unit_of(name);
             beside.or(with_unit(name).1.map(str::to_owned))
         })
     }
@@ -171,26 +172,8 @@ impl<'a> Arrays<'a> {
     /// The attributes of a variable.
     fn own(&self, i: usize) -> Statements {
         let variable = self.variable(i);
-        let path = variable.path.trim_start_matches('/');
-        let all = variable.attributes.0.iter().filter_map(|(name, _)| {
-            statement(&variable.attributes, name, name, &format!("{path}/{name}"))
-        });
-        Statements::of_all(all.collect())
-    }
-
-    /// The attributes of a group, by the path before their names.
-    fn statements_in(&self, group: &str) -> Statements {
-        let mut statements = Statements::default();
-        for (path, _) in &self.container.attributes.0 {
-            let bare = path.trim_start_matches('/');
-            let name = bare.strip_prefix(group);
-            if let Some(name) = name.filter(|name| !name.contains(['/', '.'])) {
-                statements
-                    .all
-                    .extend(statement(&self.container.attributes, path, name, bare));
-            }
-        }
-        statements
+        let holder = format!("{}/", variable.path.trim_start_matches('/'));
+        Statements::of_all(stated(&variable.attributes, "", &holder))
     }
 
     /// What the attributes of a variable, its group or struct and the groups around it state: attributes, and arrays
@@ -216,25 +199,17 @@ impl<'a> Arrays<'a> {
         while let Some(end) = group.rfind(['/', '.']).or((!group.is_empty()).then_some(0)) {
             let prefix = &path[..end + usize::from(end > 0)];
             group = &path[..end];
-            let mut found = self.statements_in(prefix).all;
+            let mut found = stated(&self.container.attributes, prefix, "");
             for (i, other) in self.container.variables.iter().enumerate() {
-                let place = other.path.trim_start_matches('/');
-                let Some(name) = place
-                    .strip_prefix(prefix)
-                    .filter(|name| !name.contains(['/', '.']))
-                else {
+                let Some((name, place)) = within(&other.path, prefix) else {
                     continue;
                 };
                 let is_list = other.sample_type.number().is_some()
                     && other.dimensions.iter().filter(|d| d.len > 1).count() == 1
                     && may_scale(&of_it(name));
                 if i != variable && (is_list || self.is_number(i)) {
-                    found.push(Statement {
-                        name: name.to_owned(),
-                        place: place.to_owned(),
-                        value: Value::Numbers(self.unpacked(i)?),
-                        unit: self.unit(i),
-                    });
+                    let numbers = Value::Numbers(self.unpacked(i)?);
+                    found.push(Statement::new(name, place, numbers, self.unit(i)));
                 }
             }
             for one in &mut found {
@@ -248,28 +223,41 @@ impl<'a> Arrays<'a> {
 
 /// Names three dimensions and more: time, y and x; with the layout site-time y, x and time.
 fn name_dimensions(dimensions: &mut [Dimension], layout: Layout) {
-    let Some(last) = dimensions.len().checked_sub(1).filter(|last| *last > 1) else {
+    if dimensions.len() < 3 {
         return;
-    };
+    }
+    let mut from_last = dimensions.iter_mut().rev().collect::<Vec<_>>();
     let time = match layout {
-        Layout::TimeSite => 0,
-        Layout::SiteTime => last,
+        Layout::TimeSite => from_last.pop(),
+        Layout::SiteTime => Some(from_last.remove(0)),
     };
-    dimensions[time].name = Some("time".into());
-    let others = (0..=last).rev().filter(|d| *d != time);
-    for (d, name) in others.zip(["x", "y", "z"]) {
-        dimensions[d].name = Some(name.into());
+    for (d, name) in time
+        .into_iter()
+        .chain(from_last)
+        .zip(["time", "x", "y", "z"])
+    {
+        d.name = Some(name.into());
     }
 }
 
-/// An attribute as a statement.
-fn statement(attributes: &Attributes, key: &str, name: &str, place: &str) -> Option<Statement> {
-    Some(Statement {
-        name: name.to_owned(),
-        place: place.to_owned(),
-        value: attributes.get(key)?.clone(),
-        unit: None,
-    })
+/// The last name of a path in a group, and the path as it is shown; `None` elsewhere, and in groups within.
+fn within<'p>(path: &'p str, group: &str) -> Option<(&'p str, &'p str)> {
+    let shown = path.trim_start_matches('/');
+    let name = shown.strip_prefix(group)?;
+    (!name.contains(['/', '.'])).then_some((name, shown))
+}
+
+/// The attributes in a group as statements, which are shown behind what holds them.
+fn stated(attributes: &Attributes, group: &str, holder: &str) -> Vec<Statement> {
+    let one = |(path, value): (&String, &Value)| {
+        let (name, shown) = match group {
+            "" if !holder.is_empty() => (path.as_str(), path.as_str()),
+            group => within(path, group)?,
+        };
+        let place = format!("{holder}{shown}");
+        Some(Statement::new(name, &place, value.clone(), None))
+    };
+    attributes.0.iter().filter_map(one).collect()
 }
 
 /// The field of a file of arrays.
@@ -311,7 +299,7 @@ pub(super) fn read(source: &FileSource, container: Container) -> Result<Contents
         notes.push(Note::start(start));
     }
     let [scale, offset] = match is_own {
-        true => <[f64; 2]>::from(own.linear()).map(Factor::One),
+        true => <[f64; 2]>::from(own.linear()).map(Factor::one),
         false => statements.scaling(shape, &mut notes)?,
     };
     let unit = match is_own || stated.unit.is_some() {
@@ -425,9 +413,8 @@ impl Arrays<'_> {
         let mut found = Vec::new();
         for attributes in own.into_iter().chain([&self.container.attributes]) {
             let all = attributes.0.iter();
-            let all = all.filter_map(|(name, _)| statement(attributes, name, name, name));
-            let statements = Statements::of_all(all.collect());
-            found.extend(statements.numbers(is_it));
+            let all = all.map(|(name, value)| Statement::new(name, name, value.clone(), None));
+            found.extend(Statements::of_all(all.collect()).numbers(is_it));
         }
         for (i, variable) in self.container.variables.iter().enumerate() {
             if !self.is_number(i) || !is_it(&variable.path) {
@@ -474,11 +461,4 @@ pub(super) fn netcdf(bytes: &[u8]) -> Option<Format> {
     let is_netcdf = |format: &Format| matches!(format, Format::NetCdf3 | Format::Hdf5);
     // By its bytes alone: any text that was called so would be one.
     Format::detect("", bytes).filter(is_netcdf)
-}
-
-fn is_float(sample: Sample) -> bool {
-    matches!(
-        sample,
-        Sample::F16 | Sample::F32 | Sample::F64 | Sample::IbmF32
-    )
 }

@@ -9,7 +9,6 @@ use super::super::meaning::Meaning::{
 use super::super::meaning::is_added;
 use super::super::statements::{Statement, Statements, contradiction, unused};
 use super::super::storage::{Factor, Packing};
-use super::is_float;
 use crate::error::InputFault;
 
 impl Statements {
@@ -49,7 +48,7 @@ impl Statements {
             Some(Sample::F32) => f64::from(number as f32),
             _ => number,
         };
-        let is_float = sample.is_some_and(is_float);
+        let is_float = sample.is_some_and(Sample::is_float);
         let gaps = self.lists(Fill).flat_map(|(_, numbers)| numbers);
         let mut gaps: Vec<f64> = gaps.filter(|gap| !gap.is_nan()).map(rounded).collect();
         // A stated fill value takes the place of the usual one, which NumPy has not.
@@ -62,12 +61,11 @@ impl Statements {
             for (one, numbers) in self.lists(meaning) {
                 // Floats beside packed integers are limits of what those stand for.
                 let is_unpacked = !is_float && matches!(one.value, Value::Numbers(_));
-                let factors = match (&scale, &offset) {
-                    _ if !is_unpacked => Some([1.0, 0.0]),
-                    (Factor::One(scale), Factor::One(offset)) => Some([*scale, *offset]),
-                    _ => None,
+                let factors = match is_unpacked {
+                    true => scale.only().zip(offset.only()),
+                    false => Some((1.0, 0.0)),
                 };
-                let Some([scale, offset]) = factors.filter(|_| numbers.len() == ends.len()) else {
+                let Some((scale, offset)) = factors.filter(|_| numbers.len() == ends.len()) else {
                     notes.push(unused(&one.shown()));
                     continue;
                 };
@@ -75,36 +73,32 @@ impl Statements {
                     let shown = format!("`{}` = {number}", one.name);
                     // The limits of what a negative scale turns round change places. Integers have no fractions.
                     let end = if scale < 0.0 { 1 - end } else { end };
-                    let slack = if is_unpacked {
-                        [-SLACK, SLACK][end]
-                    } else {
-                        0.0
-                    };
+                    let slack = if is_unpacked { SLACK } else { 0.0 };
+                    let slack = [-slack, slack][end];
                     let number = (number - offset) / scale + slack;
                     match &limits[end] {
                         Some((other, first)) if *other != number => {
-                            return Err(contradiction(
-                                "limit of valid samples",
-                                first.clone(),
-                                shown,
-                            ));
+                            let what = "limit of valid samples";
+                            return Err(contradiction(what, first.clone(), shown));
                         }
                         _ => limits[end] = Some((number, shown)),
                     }
                 }
             }
         }
-        let is_limited = limits.iter().any(Option::is_some);
         let [least, most] = limits.map(|limit| limit.map(|(number, _)| number));
-        let limits = [
-            least.unwrap_or(f64::NEG_INFINITY),
-            most.unwrap_or(f64::INFINITY),
-        ];
+        let valid = match (least, most) {
+            (None, None) => None,
+            (least, most) => {
+                let [none, all] = [f64::NEG_INFINITY, f64::INFINITY];
+                Some([least.unwrap_or(none), most.unwrap_or(all)])
+            }
+        };
         Ok(Packing {
             scale,
             offset,
             gaps,
-            valid: is_limited.then_some(limits),
+            valid,
         })
     }
 }

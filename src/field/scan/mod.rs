@@ -33,13 +33,6 @@ pub enum PositionFrom {
     /// A table with a header and two columns: `file` (a path as it is opened, or its last part), and
     /// `position` or `x`, with a unit as in `position_mm`.
     Table(PathBuf),
-    /// One position a file, in the order of the files.
-    Listed {
-        /// The positions.
-        positions: Vec<f64>,
-        /// Their unit.
-        unit: Option<String>,
-    },
 }
 
 /// What becomes of several records at one position.
@@ -218,16 +211,11 @@ impl Scan {
     }
 
     fn check(&self, n_files: usize) -> Result<()> {
-        if n_files < 2 {
-            let found = format!("{n_files} of them");
-            return Err(Error::request("position-from", "two files or more", found));
-        }
-        let least = self.least_correlation;
-        if !(0.0..=1.0).contains(&least) {
-            let expected = "a number from 0 to 1";
-            return Err(Error::request("least-correlation", expected, least));
-        }
-        Ok(())
+        let found = format!("{n_files} of them");
+        Error::require(n_files > 1, "position-from", "two files or more", found)?;
+        let (least, expected) = (self.least_correlation, "a number from 0 to 1");
+        let is_one = (0.0..=1.0).contains(&least);
+        Error::require(is_one, "least-correlation", expected, least)
     }
 
     /// The files in the order of their positions, and the site of each.
@@ -235,22 +223,17 @@ impl Scan {
         let values = &positions.values;
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|&a, &b| {
-            values[a]
-                .total_cmp(&values[b])
-                .then(paths[a].cmp(&paths[b]))
+            let by_place = values[a].total_cmp(&values[b]);
+            by_place.then(paths[a].cmp(&paths[b]))
         });
         let span = values[order[order.len() - 1]] - values[order[0]];
         let mut sites = vec![0];
         for pair in order.windows(2) {
             let is_equal = values[pair[1]] - values[pair[0]] <= 1e-9 * span;
             if is_equal && self.equal_positions == EqualPositions::Refuse {
-                return Err(fault_of(
-                    &paths[pair[1]],
-                    ScanFault::EqualPositions {
-                        other: paths[pair[0]].clone(),
-                        position: values[pair[1]],
-                    },
-                ));
+                let (other, position) = (paths[pair[0]].clone(), values[pair[1]]);
+                let fault = ScanFault::EqualPositions { other, position };
+                return Err(fault_of(&paths[pair[1]], fault));
             }
             sites.push(sites[sites.len() - 1] + usize::from(!is_equal));
         }
@@ -270,8 +253,7 @@ impl Scan {
         let mut assembly = Assembly::new(what, Sample::F64, shape, options)?;
         let at_once = rayon::current_num_threads().max(1);
         let mut hasher = blake3::Hasher::new();
-        let mut sum = vec![0.0; n_times];
-        let mut count = 0.0;
+        let (mut sum, mut count) = (Vec::new(), 0.0);
         for from in (0..heads.len()).step_by(at_once) {
             let part = from..heads.len().min(from + at_once);
             let read = part.clone().into_par_iter();
@@ -279,18 +261,14 @@ impl Scan {
             for (n, read) in part.zip(read.collect::<Vec<_>>()) {
                 let (record, hash) = read?;
                 hasher.update(hash.as_bytes());
-                if n > 0 && sites[n] != sites[n - 1] {
-                    sum.fill(0.0);
-                    count = 0.0;
+                if n > 0 && sites[n] == sites[n - 1] {
+                    let sums = sum.iter_mut().zip(&record);
+                    sums.for_each(|(sum, value)| *sum += value);
+                    count += 1.0;
+                } else {
+                    (sum, count) = (record, 1.0);
                 }
-                count += 1.0;
-                sum.iter_mut()
-                    .zip(&record)
-                    .for_each(|(sum, value)| *sum += value);
-                let is_last = sites.get(n + 1) != Some(&sites[n]);
-                if is_last && count == 1.0 {
-                    assembly.write(sites[n], &record)?;
-                } else if is_last {
+                if sites.get(n + 1) != Some(&sites[n]) {
                     sum.iter_mut().for_each(|sum| *sum /= count);
                     assembly.write(sites[n], &sum)?;
                 }
@@ -304,7 +282,6 @@ impl Scan {
             PositionFrom::Name(_) => "the names of the files".into(),
             PositionFrom::Header(_) => "the headers of the files".into(),
             PositionFrom::Table(table) => table.display().to_string(),
-            PositionFrom::Listed { .. } => "a list".into(),
         };
         let files = records.len();
         let sites = match files == n_sites {
@@ -350,31 +327,27 @@ fn alignment(scan: &Scan, heads: &[Head], options: &OpenOptions) -> Result<Align
 /// What was taken of each file, at positions `at`.
 fn taken(heads: &[Head], at: &[f64], alignment: &Alignment) -> Vec<ScanRecord> {
     let parts = heads.iter().zip(at).zip(&alignment.shifts);
-    parts
-        .map(|((head, &position), shift)| ScanRecord {
-            path: head.path.clone(),
-            position,
-            n_times: head.field.n_times,
-            // No negative zeros.
-            delay: 0.0 - shift.total(),
-            left: 0.0 - shift.left,
-            correlation: head.delay.map(|delay| delay.coefficient),
-        })
-        .collect()
+    let one = |((head, &position), shift): ((&Head, &f64), &Shift)| ScanRecord {
+        path: head.path.clone(),
+        position,
+        n_times: head.field.n_times,
+        // No negative zeros.
+        delay: 0.0 - shift.total(),
+        left: 0.0 - shift.left,
+        correlation: head.delay.map(|delay| delay.coefficient),
+    };
+    parts.map(one).collect()
 }
 
 /// The positions in the unit of the axis, where both are known.
 fn in_unit(mut positions: Positions, unit: Option<&str>) -> Positions {
-    let Some((unit, factor)) =
-        unit.and_then(|unit| Some((unit, factor(Some(positions.unit.as_deref()?), Some(unit))?)))
-    else {
-        return positions;
-    };
-    for value in &mut positions.values {
-        *value *= factor;
+    let own = positions.unit.as_deref().filter(|_| unit.is_some());
+    if let Some(factor) = own.and_then(|own| factor(Some(own), unit)) {
+        let all = positions.values.iter_mut();
+        all.for_each(|value| *value *= factor);
+        positions.rounding *= factor;
+        positions.unit = unit.map(str::to_owned);
     }
-    positions.rounding *= factor;
-    positions.unit = Some(unit.to_owned());
     positions
 }
 

@@ -1,5 +1,6 @@
 //! Where each file of a scan was recorded.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::super::csv::{number, printed_unit};
@@ -34,33 +35,23 @@ pub(super) fn of(
     paths: &[PathBuf],
     options: &OpenOptions,
 ) -> Result<Positions> {
-    let (place, asked, lists) = match from {
-        PositionFrom::Name(asked) => ("the names", asked, in_names(paths)?),
+    match from {
+        PositionFrom::Name(asked) => {
+            varying("the names", asked.as_deref(), paths, &in_names(paths)?)
+        }
+        // What is asked of a header is all that is read.
         PositionFrom::Header(asked) => {
-            let lists = paths
-                .iter()
-                .map(|path| header_numbers(path, options, asked.as_deref()));
-            ("the headers", asked, lists.collect::<Result<_>>()?)
+            let numbers = |path| header_numbers(path, options, asked.as_deref());
+            let lists = paths.iter().map(|path| numbers(path.as_path()));
+            varying(
+                "the headers",
+                None,
+                paths,
+                &lists.collect::<Result<Vec<_>>>()?,
+            )
         }
-        PositionFrom::Table(table) => return of_table(table, paths),
-        PositionFrom::Listed { positions, unit } => {
-            if positions.len() != paths.len() || positions.iter().any(|x| !x.is_finite()) {
-                let expected = format!("{} finite positions, one a file", paths.len());
-                let found = format!("{positions:?}");
-                return Err(Error::request("position-from", expected, found));
-            }
-            return Ok(Positions {
-                values: positions.clone(),
-                unit: unit.clone(),
-                rounding: 0.0,
-            });
-        }
-    };
-    // What was asked of a header is all that was read.
-    let asked = asked
-        .as_deref()
-        .filter(|_| matches!(from, PositionFrom::Name(_)));
-    varying(place, asked, paths, &lists)
+        PositionFrom::Table(table) => of_table(table, paths),
+    }
 }
 
 /// The numbers of one name that differ from file to file.
@@ -70,57 +61,46 @@ fn varying(
     paths: &[PathBuf],
     lists: &[Vec<NamedNumber>],
 ) -> Result<Positions> {
-    let (first, others) = lists
-        .split_first()
-        .map_or((&[][..], lists), |(a, b)| (a, b));
-    let of = |list: &[NamedNumber], name: &str| list.iter().find(|one| one.name == name).cloned();
+    let first = lists.first().map_or(&[][..], |first| first);
     let in_all = |one: &NamedNumber| -> Option<Vec<NamedNumber>> {
-        let rest = others.iter().map(|list| of(list, &one.name));
-        std::iter::once(Some(one.clone())).chain(rest).collect()
+        let of =
+            |list: &Vec<NamedNumber>| list.iter().find(|other| other.name == one.name).cloned();
+        lists.iter().map(of).collect()
     };
     let differ = |series: &Vec<NamedNumber>| series.iter().any(|one| one.value != series[0].value);
     let is_asked = |one: &&NamedNumber| asked.is_none_or(|name| one.name == name);
-    let candidates: Vec<_> = first.iter().filter(is_asked).filter_map(in_all).collect();
     let mut found: Vec<Vec<NamedNumber>> = Vec::new();
-    for series in candidates.iter().filter(|series| differ(series)) {
+    let candidates = first.iter().filter(is_asked).filter_map(in_all);
+    for series in candidates.filter(differ) {
         let is_same = |known: &Vec<NamedNumber>| {
-            let pairs = known.iter().zip(series);
-            pairs
-                .into_iter()
-                .all(|(a, b)| (a.value, &a.unit) == (b.value, &b.unit))
+            let mut pairs = known.iter().zip(&series);
+            pairs.all(|(a, b)| (a.value, &a.unit) == (b.value, &b.unit))
         };
         if !found.iter().any(is_same) {
-            found.push(series.clone());
+            found.push(series);
         }
     }
-    let refuse = |fault| Err(fault_of(&paths[0], fault));
-    match &found[..] {
-        [only] => in_one_unit(paths, only),
+    let fault = match &found[..] {
+        [only] => return in_one_unit(paths, only),
         [] => {
-            let found = first
-                .iter()
-                .map(|one| format!("{} {}", one.name, one.value));
-            refuse(ScanFault::NoPosition {
-                place,
-                found: found.collect(),
-            })
+            let all = first.iter();
+            let all = all.map(|one| format!("{} {}", one.name, one.value));
+            let found = all.collect();
+            ScanFault::NoPosition { place, found }
         }
         several => {
             let range = |series: &Vec<NamedNumber>| {
                 let values = || series.iter().map(|one| one.value);
-                let (least, most) = (
-                    values().fold(f64::INFINITY, f64::min),
-                    values().fold(f64::NEG_INFINITY, f64::max),
-                );
+                let (least, most) = (values().reduce(f64::min), values().reduce(f64::max));
+                let [least, most] = [least, most].map(|end| end.unwrap_or(f64::NAN));
                 let unit = series[0].unit.as_deref().unwrap_or_default();
                 format!("{:?} ({least} to {most}{unit})", series[0].name)
             };
-            refuse(ScanFault::SeveralPositions {
-                place,
-                found: several.iter().map(range).collect(),
-            })
+            let found = several.iter().map(range).collect();
+            ScanFault::SeveralPositions { place, found }
         }
-    }
+    };
+    Err(fault_of(&paths[0], fault))
 }
 
 /// The values in the unit of the first one.
@@ -128,16 +108,11 @@ fn in_one_unit(paths: &[PathBuf], series: &[NamedNumber]) -> Result<Positions> {
     let unit = series[0].unit.clone();
     let mut values = Vec::with_capacity(series.len());
     for (one, path) in series.iter().zip(paths) {
-        let factor = factor(one.unit.as_deref(), unit.as_deref());
-        let none = || "a number without a unit".to_owned();
-        let factor = factor.ok_or_else(|| {
-            fault_of(
-                path,
-                ScanFault::PositionUnit {
-                    expected: unit.clone().unwrap_or_else(none),
-                    found: one.unit.clone().unwrap_or_else(none),
-                },
-            )
+        let named =
+            |unit: &Option<String>| unit.clone().unwrap_or("a number without a unit".into());
+        let factor = factor(one.unit.as_deref(), unit.as_deref()).ok_or_else(|| {
+            let (expected, found) = (named(&unit), named(&one.unit));
+            fault_of(path, ScanFault::PositionUnit { expected, found })
         })?;
         values.push(one.value * factor);
     }
@@ -172,17 +147,15 @@ fn in_names(paths: &[PathBuf]) -> Result<Vec<Vec<NamedNumber>>> {
             .to_string_lossy()
             .into_owned()
     };
-    let (skeleton, first) = numbers_in(&name(&paths[0]));
-    let mut lists = vec![first];
-    for path in &paths[1..] {
-        let (other, numbers) = numbers_in(&name(path));
-        if other != skeleton {
+    let all = paths.iter().map(|path| numbers_in(&name(path)));
+    let (skeletons, lists): (Vec<_>, Vec<_>) = all.unzip();
+    match skeletons.iter().position(|other| *other != skeletons[0]) {
+        None => Ok(lists),
+        Some(odd) => {
             let other = paths[0].clone();
-            return Err(fault_of(path, ScanFault::OtherName { other }));
+            Err(fault_of(&paths[odd], ScanFault::OtherName { other }))
         }
-        lists.push(numbers);
     }
-    Ok(lists)
 }
 
 /// The text around the numbers of a name, and the numbers.
@@ -202,18 +175,10 @@ fn numbers_in(name: &str) -> (Vec<String>, Vec<NamedNumber>) {
             continue;
         }
         let (text, after) = rest.split_at(len);
-        let end = after
-            .find(|c: char| !c.is_alphabetic())
-            .unwrap_or(after.len());
-        let unit = measure::symbol::<Length>(&after[..end]).map(str::to_owned);
-        let label = texts
-            .last()
-            .map(|text| text.trim_end_matches(|c: char| !c.is_alphabetic()));
-        let label = label.map(|text| {
-            text.rsplit(|c: char| !c.is_alphabetic())
-                .next()
-                .unwrap_or_default()
-        });
+        let is_between = |c: char| !c.is_alphabetic();
+        let unit = &after[..after.find(is_between).unwrap_or(after.len())];
+        let before = texts.last().map(|text| text.trim_end_matches(is_between));
+        let label = before.and_then(|text| text.rsplit(is_between).next());
         let label = label.unwrap_or_default().to_owned();
         let is_taken = label.is_empty() || numbers.iter().any(|one| one.name == label);
         numbers.push(NamedNumber {
@@ -222,7 +187,7 @@ fn numbers_in(name: &str) -> (Vec<String>, Vec<NamedNumber>) {
                 false => label,
             },
             value: text.parse().unwrap_or(f64::NAN),
-            unit,
+            unit: measure::symbol::<Length>(unit).map(str::to_owned),
             rounding: printed_unit(text.as_bytes()),
         });
         texts.push(String::new());
@@ -255,64 +220,52 @@ fn of_table(table: &Path, paths: &[PathBuf]) -> Result<Positions> {
         expected: expected.into(),
         found,
     };
-    let header = bytes.split(|&b| b == b'\n').next().unwrap_or_default();
-    let delimiter = *[b'\t', b';', b',']
-        .iter()
-        .find(|d| header.contains(d))
-        .unwrap_or(&b',');
+    let first = bytes.split(|&b| b == b'\n').next().unwrap_or_default();
+    let delimiter = b"\t;,".iter().find(|delimiter| first.contains(delimiter));
     let mut reader = csv::ReaderBuilder::new()
-        .delimiter(delimiter)
+        .delimiter(delimiter.copied().unwrap_or(b','))
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
         .from_reader(&bytes[..]);
     let parse = |error: csv::Error| unfit("a table of files and positions", error.to_string());
     let header = reader.headers().map_err(parse)?.clone();
-    let is_file = |name: &str| name.to_ascii_lowercase().starts_with("file");
-    let unit = match (
-        header.len(),
-        header.get(0).is_some_and(is_file),
-        header.get(1),
-    ) {
-        (2, true, Some(name)) => known_as(name, Meaning::Position),
+    let cells: Vec<&str> = header.iter().collect();
+    let unit = match cells[..] {
+        [file, name] if file.to_ascii_lowercase().starts_with("file") => {
+            known_as(name, Meaning::Position)
+        }
         _ => None,
     };
     let columns =
         "a header with the columns `file` and `position`, with its unit such as position_mm";
-    let found = || header.iter().collect::<Vec<_>>().join(", ");
-    let unit = unit.ok_or_else(|| unfit(columns, found()))?;
-    let mut rows: Vec<(String, f64, f64)> = Vec::new();
+    let unit = unit.ok_or_else(|| unfit(columns, cells.join(", ")))?;
+    let mut rows: HashMap<String, (f64, f64)> = HashMap::new();
     for record in reader.records() {
         let record = record.map_err(parse)?;
-        let value = number(record[1].as_bytes()).filter(|value| value.is_finite());
+        let cell = record[1].as_bytes();
+        let value = number(cell).filter(|value| value.is_finite());
         let value =
             value.ok_or_else(|| unfit("a number as position", format!("{:?}", &record[1])))?;
-        if rows.iter().any(|(file, ..)| *file == record[0]) {
+        let before = rows.insert(record[0].to_owned(), (value, printed_unit(cell)));
+        if before.is_some() {
             return Err(unfit("each file once", format!("{:?} twice", &record[0])));
         }
-        rows.push((
-            record[0].to_owned(),
-            value,
-            printed_unit(record[1].as_bytes()),
-        ));
     }
-    let mut positions = Positions {
-        values: Vec::with_capacity(paths.len()),
-        unit,
-        rounding: f64::INFINITY,
-    };
-    for path in paths {
+    let row = |path: &PathBuf| {
         // By the whole path, else by its last part.
-        let whole = path.to_string_lossy();
-        let last = path.file_name().unwrap_or_default().to_string_lossy();
-        let row = |name: &str| rows.iter().find(|(file, ..)| file == name);
-        let Some((_, value, rounding)) = row(&whole).or_else(|| row(&last)) else {
-            let table = table.to_owned();
-            return Err(fault_of(path, ScanFault::NotInTable { table }));
-        };
-        positions.values.push(*value);
-        positions.rounding = positions.rounding.min(*rounding);
-    }
-    Ok(positions)
+        let last = path.file_name().unwrap_or_default();
+        let row = rows.get(&*path.to_string_lossy());
+        let row = row.or_else(|| rows.get(&*last.to_string_lossy())).copied();
+        let table = table.to_owned();
+        row.ok_or_else(|| fault_of(path, ScanFault::NotInTable { table }))
+    };
+    let found = paths.iter().map(row).collect::<Result<Vec<_>>>()?;
+    let (values, roundings): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
+    Ok(Positions {
+        values,
+        unit,
+        rounding: roundings.into_iter().fold(f64::INFINITY, f64::min),
+    })
 }
 
 #[cfg(test)]

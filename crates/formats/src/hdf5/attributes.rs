@@ -6,13 +6,9 @@ use crate::{Attributes, ByteOrder, Sample, Value};
 
 /// Those that are texts or numbers. References, and bytes that are no text, are left out.
 pub(super) fn read(found: &[Attribute]) -> Attributes {
-    let mut attributes = Attributes::default();
-    for attribute in found {
-        if let Some(value) = value(attribute) {
-            attributes.insert(attribute.name.clone(), value);
-        }
-    }
-    attributes
+    let named = found.iter();
+    let named = named.filter_map(|one| Some((one.name.clone(), value(one)?)));
+    Attributes(named.collect())
 }
 
 fn value(attribute: &Attribute) -> Option<Value> {
@@ -46,11 +42,9 @@ fn texts(attribute: &Attribute) -> Option<Vec<String>> {
     // Old instruments write units in Latin-1. Control characters show bytes that are no text.
     let text = |bytes: &[u8]| -> String { bytes.iter().map(|&byte| char::from(byte)).collect() };
     let size = usize::try_from(size).ok().filter(|&size| size > 0)?;
-    let texts: Vec<String> = attribute
-        .raw_data
-        .chunks_exact(size)
-        .map(|bytes| text(bytes).trim_end_matches(['\0', ' ']).to_owned())
-        .collect();
+    let texts = attribute.raw_data.chunks_exact(size).map(text);
+    let texts = texts.map(|text| text.trim_end_matches(['\0', ' ']).to_owned());
+    let texts: Vec<String> = texts.collect();
     let is_text = |text: &String| !text.contains(|c: char| c.is_control() && !c.is_whitespace());
     texts.iter().all(is_text).then_some(texts)
 }
@@ -72,9 +66,11 @@ fn numbers(attribute: &Attribute, datatype: &Datatype) -> Option<Value> {
         _ => return None,
     };
     let sample = Sample::of_kind(kind, size.into())?;
-    let order = match order {
-        StoredOrder::LittleEndian => ByteOrder::Little,
-        StoredOrder::BigEndian => ByteOrder::Big,
+    let is_big = *order == StoredOrder::BigEndian;
+    let order = if is_big {
+        ByteOrder::Big
+    } else {
+        ByteOrder::Little
     };
     let count = usize::try_from(attribute.num_elements().ok()?).ok()?;
     let len = count.checked_mul(sample.bytes())?;

@@ -6,7 +6,7 @@ use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Datatype};
 
 use super::Walk;
-use crate::{Attributes, Coordinate, Value, Variable};
+use crate::{Attributes, ByteOrder, Coordinate, Value, Variable};
 
 /// The name of a scale that NetCDF-4 makes for a dimension without coordinates.
 const NO_VARIABLE: &str = "This is a netCDF dimension but not a netCDF variable";
@@ -16,33 +16,24 @@ const NO_COORDINATE: &str = "_nc4_non_coord_";
 /// For each dimension of a data set with these attributes, the object headers of its scales.
 pub(super) fn scales(parent: &Group, found: &[Attribute], dimensions: usize) -> Vec<Vec<u64>> {
     let list = found.iter().find(|found| found.name == "DIMENSION_LIST");
-    let Some(list) = list else {
+    let base = list.and_then(|list| match &list.datatype {
+        Datatype::VarLen { base, .. } => Some((list, &**base)),
+        _ => None,
+    });
+    let Some((list, Datatype::Reference { size, .. })) = base else {
         return Vec::new();
     };
-    let Datatype::VarLen { base, .. } = &list.datatype else {
-        return Vec::new();
-    };
-    let Datatype::Reference { size, .. } = **base else {
-        return Vec::new();
-    };
-    let size = usize::from(size);
+    let size = usize::from(*size);
     let offset_size = usize::from(parent.offset_size());
     let entries = list.raw_data.chunks_exact(8 + offset_size);
     if entries.len() != dimensions || size < offset_size {
         return Vec::new();
     }
     let scales = entries.map(|entry| {
-        let bytes = parent
-            .resolve_vlen_reference_bytes(entry, size)
-            .unwrap_or_default();
-        let references = bytes.chunks_exact(size);
-        let address = |one: &[u8]| {
-            let mut address = [0; 8];
-            let used = offset_size.min(8);
-            address[..used].copy_from_slice(&one[..used]);
-            u64::from_le_bytes(address)
-        };
-        references.map(address).collect()
+        let bytes = parent.resolve_vlen_reference_bytes(entry, size);
+        let bytes = bytes.unwrap_or_default();
+        let address = |one: &[u8]| ByteOrder::Little.unsigned(&one[..offset_size.min(8)]);
+        bytes.chunks_exact(size).map(address).collect()
     });
     scales.collect()
 }

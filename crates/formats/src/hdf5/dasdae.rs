@@ -13,14 +13,8 @@ const PICKLED: &str = "_attrs_coords";
 /// Adds the units of the pickled coordinates as `_attrs_time_units` and so on.
 pub(super) fn keep_units(found: &[Attribute], attributes: &mut Attributes) {
     let pickled = found.iter().find(|found| found.name == PICKLED);
-    let Some(pickled) = pickled else {
-        return;
-    };
-    for (name, unit) in units(&pickled.raw_data) {
-        let key = format!("_attrs_{name}_units");
-        if attributes.get(&key).is_none() {
-            attributes.insert_text(key, unit);
-        }
+    for (name, unit) in pickled.map_or(Vec::new(), |pickled| units(&pickled.raw_data)) {
+        attributes.insert_text(format!("_attrs_{name}_units"), unit);
     }
 }
 
@@ -29,30 +23,25 @@ pub(super) fn assign(walk: &mut Walk) {
     if walk.attributes.text("__format__") != Some("DASDAE") {
         return;
     }
-    let places: HashMap<String, usize> = walk
-        .variables
-        .iter()
-        .enumerate()
-        .map(|(i, v)| (v.path.clone(), i))
-        .collect();
+    let paths = walk.variables.iter().map(|v| v.path.clone());
+    let places: HashMap<String, usize> = paths.zip(0..).collect();
     for (path, patch) in &walk.groups {
         let Some(dims) = patch.text("_dims") else {
             continue;
         };
         let split = |names: &str| -> Vec<String> {
-            let names = names.split(',');
-            names.map(|name| name.trim().to_owned()).collect()
+            let names = names.split(',').map(str::trim);
+            names.map(str::to_owned).collect()
         };
-        let dims = split(dims);
         let find = |name: &str| places.get(&format!("{path}/{name}")).copied();
         let coordinate = |walk: &Walk, name: &str, len: u64| {
             let found = find(&format!("_coord_{name}"))?;
-            let is_number = walk.variables[found].sample_type.number().is_some();
-            let fits = walk.variables[found].shape() == [len];
-            (is_number && fits).then_some(Coordinate::Listed(found))
+            let variable = &walk.variables[found];
+            let fits = variable.sample_type.number().is_some() && variable.shape() == [len];
+            fits.then_some(Coordinate::Listed(found))
         };
         let mut arrays: Vec<(usize, Vec<String>)> = Vec::new();
-        arrays.extend(find("data").map(|i| (i, dims.clone())));
+        arrays.extend(find("data").map(|i| (i, split(dims))));
         for (key, _) in &patch.0 {
             let Some(name) = key.strip_prefix("_cdims_") else {
                 continue;
@@ -165,12 +154,9 @@ fn units(pickled: &[u8]) -> Vec<(String, String)> {
         };
         stack.push(pushed);
     }
-    let named = units
-        .into_iter()
-        .filter_map(|(of, unit)| Some((names.get(&of)?, unit)));
-    named
-        .map(|(name, unit)| ((*name).to_owned(), unit.to_owned()))
-        .collect()
+    let named = units.into_iter();
+    let named = named.filter_map(|(of, unit)| Some((names.get(&of)?.to_string(), unit.to_owned())));
+    named.collect()
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use hdf5_reader::{
     ByteOrder as StoredOrder, Dataset, Datatype, H5Type, Hdf5File, SliceInfo, SliceInfoElem,
 };
 
-use super::explain;
+use super::at;
 use crate::container::{Block, Decoder};
 use crate::{ByteOrder, Error, Place, Result, Sample, strides};
 
@@ -18,67 +18,55 @@ const SLAB: u64 = 1 << 20;
 
 /// The place of the samples of a data set of numbers, all of which lie within the `len` bytes of the file.
 pub(super) fn place(
-    file: &Hdf5File,
-    len: u64,
+    (file, len): (&Hdf5File, u64),
     path: &str,
     dataset: &Dataset,
     header: &ObjectHeader,
-    sample: Sample,
-    order: ByteOrder,
+    (sample, order): (Sample, ByteOrder),
 ) -> Result<Place> {
     let shape = dataset.shape();
-    let size = sample.bytes() as u64;
-    let place = || format!("variable {path}");
     let strides = strides(shape, sample, false);
-    let total = shape
-        .iter()
-        .try_fold(size, |n, &len| n.checked_mul(len.max(1)));
-    let total =
-        total.ok_or_else(|| Error::damaged(place(), "a size below 2^64 bytes", "a larger one"))?;
-    let is_empty = shape.contains(&0);
-    let row = strides.first().copied().unwrap_or(size);
+    let damaged = |expected: String, found: String| {
+        Err(Error::damaged(format!("variable {path}"), expected, found))
+    };
+    let row = strides.first().map_or(1, |row| (*row).max(1));
     let slab = Place::Encoded {
-        rows: (SLAB / row.max(1)).max(1),
+        rows: (SLAB / row).max(1),
     };
     let layout = header.messages.iter().find_map(|message| match message {
         HdfMessage::DataLayout(found) => Some(&found.layout),
         _ => None,
     });
     match layout {
-        Some(DataLayout::Contiguous {
-            address,
-            size: stored,
-        }) => {
-            let offset_size = file.superblock().offset_size;
-            let is_written = !Cursor::is_undefined_offset(*address, offset_size) && *stored > 0;
-            if !is_written || is_empty {
+        Some(DataLayout::Contiguous { address, size }) => {
+            let superblock = file.superblock();
+            let is_nowhere = Cursor::is_undefined_offset(*address, superblock.offset_size);
+            if is_nowhere || *size == 0 || shape.contains(&0) {
                 return Ok(slab);
             }
-            let start = address.checked_add(file.superblock().base_address);
-            let end = start.and_then(|start| start.checked_add(total));
-            match (start, end) {
-                (Some(start), Some(end)) if end <= len => Ok(Place::in_file(start, strides, order)),
-                _ => Err(Error::damaged(
-                    place(),
-                    format!("{total} bytes of samples from byte {address}"),
-                    format!("a file of {len} bytes"),
-                )),
+            let mut lengths = shape.iter();
+            let total = lengths.try_fold(sample.bytes() as u64, |n, len| n.checked_mul(*len));
+            let start = address.checked_add(superblock.base_address);
+            let end = start.and_then(|start| start.checked_add(total?));
+            match start.filter(|_| end.is_some_and(|end| end <= len)) {
+                Some(start) => Ok(Place::in_file(start, strides, order)),
+                None => {
+                    let expected = format!("samples of shape {shape:?} from byte {address}");
+                    damaged(expected, format!("a file of {len} bytes"))
+                }
             }
         }
-        Some(DataLayout::Chunked { .. }) => {
-            let chunks = dataset.chunks().unwrap_or_default();
-            if chunks.len() != shape.len() || chunks.contains(&0) {
-                return Err(Error::damaged(
-                    place(),
-                    format!("chunks of {} dimensions", shape.len()),
-                    format!("chunks {chunks:?}"),
-                ));
+        Some(DataLayout::Chunked { .. }) => match &dataset.chunks().unwrap_or_default()[..] {
+            chunks if chunks.len() != shape.len() || chunks.contains(&0) => {
+                let expected = format!("chunks of {} dimensions", shape.len());
+                damaged(expected, format!("chunks {chunks:?}"))
             }
-            let rows = chunks.first().copied().map_or(1, u64::from);
-            Ok(Place::Encoded { rows })
-        }
+            chunks => Ok(Place::Encoded {
+                rows: chunks.first().copied().map_or(1, u64::from),
+            }),
+        },
         Some(DataLayout::Compact { .. }) => Ok(slab),
-        None => Err(Error::damaged(place(), "a layout of its samples", "none")),
+        None => damaged("a layout of its samples".into(), "none".into()),
     }
 }
 
@@ -138,7 +126,7 @@ impl Decoder for Stored {
             4 => copy::<4>(&self.dataset, &slice, out),
             _ => copy::<8>(&self.dataset, &slice, out),
         };
-        read.map_err(|cause| explain(&format!("variable {}", self.path), &cause))
+        read.map_err(at(format!("variable {}", self.path)))
     }
 }
 

@@ -9,6 +9,7 @@ mod lzf;
 mod types;
 
 use std::collections::HashSet;
+use std::fmt::Display;
 
 use hdf5_reader::error::Error as Cause;
 use hdf5_reader::group::Group;
@@ -61,11 +62,8 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
         .with_max_chunk_bytes(largest_chunk.min(memory))
         .with_max_object_header_bytes(LARGEST_HEADER)
         .with_chunk_cache_bytes(CACHE.min(memory));
-    let file = Hdf5File::from_owner(Shared(bytes.clone()), options)
-        .map_err(|cause| explain("the file", &cause))?;
-    let root = file
-        .root_group()
-        .map_err(|cause| explain("the root group", &cause))?;
+    let file = Hdf5File::from_owner(Shared(bytes.clone()), options).map_err(at("the file"))?;
+    let root = file.root_group().map_err(at("the root group"))?;
     let mut walk = Walk {
         file: &file,
         len: len as u64,
@@ -119,25 +117,22 @@ impl Walk<'_> {
         if !self.visited.insert(group.address()) {
             return Ok(());
         }
-        let place = || format!("group {path}/");
+        let place = format!("group {path}/");
         if level > MOST_LEVELS {
             let what = format!("groups more than {MOST_LEVELS} levels deep");
             return Err(Error::unsupported(what, "store fewer levels"));
         }
         let header = self.file.get_or_parse_header(group.address());
-        let header = header.map_err(|cause| explain(&place(), &cause))?;
-        let found = group.attributes();
-        let found = found.map_err(|cause| explain(&place(), &cause))?;
-        let own = attributes::read(&found);
+        let header = header.map_err(at(&place))?;
+        let found = group.attributes().map_err(at(&place))?;
+        let mut own = attributes::read(&found);
         for (name, value) in &own.0 {
             let name = format!("{path}/{name}").trim_start_matches('/').to_owned();
             self.attributes.insert(name, value.clone());
         }
-        let mut own = own;
         dasdae::keep_units(&found, &mut own);
         self.groups.push((path.to_owned(), own));
-        let links = links::read(self.file, &header).map_err(|cause| explain(&place(), &cause))?;
-        for link in links {
+        for link in links::read(self.file, &header).map_err(at(&place))? {
             let path = format!("{path}/{}", link.name);
             match link.target {
                 Target::Object(address) => {
@@ -170,24 +165,21 @@ impl Walk<'_> {
         }
         let header = match self.file.get_or_parse_header(address) {
             Ok(header) => header,
-            Err(cause) => match unsupported(&cause) {
-                Some(other) => {
-                    self.visited.insert(address);
-                    self.push_other(path, other);
-                    return Ok(());
-                }
-                None => return Err(explain(&path, &cause)),
-            },
+            Err(cause) => {
+                let other = unsupported(&cause).ok_or_else(|| at(&path)(cause))?;
+                self.visited.insert(address);
+                self.push_other(path, other);
+                return Ok(());
+            }
         };
         let has = |is: fn(&HdfMessage) -> bool| header.messages.iter().any(is);
         if has(|it| matches!(it, SymbolTable(_) | Link(_) | LinkInfo(_) | GroupInfo(_))) {
-            let group = parent.group(name).map_err(|cause| explain(&path, &cause))?;
+            let group = parent.group(name).map_err(at(&path))?;
             return self.group(&group, &path, level + 1);
         }
         if has(|it| matches!(it, Dataspace(_))) {
             self.visited.insert(address);
-            let dataset = parent.dataset(name);
-            let dataset = dataset.map_err(|cause| explain(&path, &cause))?;
+            let dataset = parent.dataset(name).map_err(at(&path))?;
             return self.dataset(parent, dataset, &header, path);
         }
         Ok(())
@@ -217,12 +209,12 @@ impl Walk<'_> {
             let name = path.trim_start_matches('/');
             self.attributes.insert_text(name, text);
         } else {
-            let kind = types::read(dataset, header).map_err(|cause| explain(&path, &cause))?;
+            let kind = types::read(dataset, header).map_err(at(&path))?;
             variable.sample_type = match kind {
                 Err(other) => SampleType::Other(other),
                 Ok((sample, order)) => {
-                    let (file, len) = (self.file, self.len);
-                    variable.place = data::place(file, len, &path, dataset, header, sample, order)?;
+                    let file = (self.file, self.len);
+                    variable.place = data::place(file, &path, dataset, header, (sample, order))?;
                     let is_decoded = matches!(variable.place, Place::Encoded { .. });
                     match is_decoded && data::has_foreign_fill(dataset, header) {
                         true => SampleType::Other("data whose _FillValue has another type".into()),
@@ -262,23 +254,22 @@ fn unsupported(cause: &Cause) -> Option<String> {
 }
 
 /// The error of the reader of HDF5 as one of this crate.
+fn at(place: impl Display) -> impl FnOnce(Cause) -> Error {
+    move |cause| explain(&place.to_string(), &cause)
+}
+
 fn explain(place: &str, cause: &Cause) -> Error {
-    match cause {
-        Cause::Context { source, .. } => explain(place, source),
-        Cause::ResourceLimit(what) => Error::unsupported(
-            format!("{place}: {what}"),
-            "allow more memory, or store smaller chunks",
-        ),
-        Cause::UnsupportedFilter(what) => {
-            Error::unsupported(format!("{place}: {what}"), types::WAY_OUT)
-        }
-        Cause::UnsupportedSuperblockVersion(_)
-        | Cause::UnsupportedObjectHeaderVersion(_)
-        | Cause::UnsupportedLayoutClass(_)
-        | Cause::UnsupportedLayoutVersion(_)
-        | Cause::UnsupportedEncoding(_) => {
-            Error::unsupported(format!("{place}: {cause}"), types::WAY_OUT)
-        }
-        _ => Error::damaged(place, "sound HDF5", cause.to_string()),
-    }
+    use Cause::*;
+    let (what, way_out) = match cause {
+        Context { source, .. } => return explain(place, source),
+        ResourceLimit(what) => (what.clone(), "allow more memory, or store smaller chunks"),
+        UnsupportedFilter(what) => (what.clone(), types::WAY_OUT),
+        UnsupportedSuperblockVersion(_)
+        | UnsupportedObjectHeaderVersion(_)
+        | UnsupportedLayoutClass(_)
+        | UnsupportedLayoutVersion(_)
+        | UnsupportedEncoding(_) => (cause.to_string(), types::WAY_OUT),
+        _ => return Error::damaged(place, "sound HDF5", cause),
+    };
+    Error::unsupported(format!("{place}: {what}"), way_out)
 }

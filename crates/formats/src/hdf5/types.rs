@@ -31,9 +31,8 @@ fn refusal(header: &ObjectHeader) -> Option<String> {
                 32026 => "blosc2",
                 _ => unknown.name.as_deref().unwrap_or("an unknown method"),
             };
-            Some(format!(
-                "data compressed by {name} (filter {id}), which is not read"
-            ))
+            let what = format!("data compressed by {name} (filter {id})");
+            Some(format!("{what}, which is not read"))
         }
         _ => None,
     })
@@ -97,31 +96,27 @@ fn number(stored: &[u8]) -> Option<(Sample, ByteOrder)> {
     let flags = u32::from_le_bytes([stored.get(1).copied()?, *stored.get(2)?, *stored.get(3)?, 0]);
     let size = u32::from_le_bytes(stored.get(4..8)?.try_into().ok()?);
     let u16_at = |at: usize| Some(u16::from_le_bytes(stored.get(at..at + 2)?.try_into().ok()?));
-    let order = if flags & 1 == 0 {
-        ByteOrder::Little
-    } else {
-        ByteOrder::Big
-    };
+    let order = [ByteOrder::Little, ByteOrder::Big][flags as usize & 1];
     let is_whole = u16_at(8)? == 0 && u32::from(u16_at(10)?) == 8 * size;
     if !is_whole || size > 8 {
         return None;
     }
-    let class = stored[0] & 0xf;
-    let sample = if class != 1 {
+    let kind = match stored[0] & 0xf {
+        1 => {
+            let bias = u32::from_le_bytes(stored.get(16..20)?.try_into().ok()?);
+            // Bit 6 is the byte order of the VAX; the sign is the highest bit; bits 4 and 5 say that the
+            // leading bit of the fraction is implied.
+            let is_usual =
+                flags & 0x40 == 0 && (flags >> 4) & 3 == 2 && (flags >> 8) & 0xff == 8 * size - 1;
+            let is_ieee = matches!(
+                (size, &stored[12..16], bias),
+                (2, [10, 5, 0, 10], 15) | (4, [23, 8, 0, 23], 127) | (8, [52, 11, 0, 52], 1023)
+            );
+            (is_usual && is_ieee).then_some('f')?
+        }
+        0 if flags & 8 != 0 => 'i',
         // Bits count as an unsigned integer: PyTables stores booleans so.
-        let is_signed = class == 0 && flags & 8 != 0;
-        Sample::of_kind(if is_signed { 'i' } else { 'u' }, size as usize)?
-    } else {
-        let bias = u32::from_le_bytes(stored.get(16..20)?.try_into().ok()?);
-        // Bit 6 is the byte order of the VAX; the sign is the highest bit; bits 4 and 5 say that the
-        // leading bit of the fraction is implied.
-        let is_usual =
-            flags & 0x40 == 0 && (flags >> 4) & 3 == 2 && (flags >> 8) & 0xff == 8 * size - 1;
-        let is_ieee = matches!(
-            (size, &stored[12..16], bias),
-            (2, [10, 5, 0, 10], 15) | (4, [23, 8, 0, 23], 127) | (8, [52, 11, 0, 52], 1023)
-        );
-        Sample::of_kind('f', size as usize).filter(|_| is_usual && is_ieee)?
+        _ => 'u',
     };
-    Some((sample, order))
+    Some((Sample::of_kind(kind, size as usize)?, order))
 }

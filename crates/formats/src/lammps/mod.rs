@@ -17,7 +17,6 @@ use crate::{
 };
 use scan::{Cell, Frame, Headers, OTHER_ATOMS};
 use text::{float, id, is_blank, lines, pick, values, wrong};
-use units::Units;
 
 /// Share of the largest extent below which atoms lie in a row.
 const IN_A_ROW: f64 = 1e-6;
@@ -33,7 +32,7 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     let headers = scan::headers((*bytes).as_ref(), options)?;
     let first = First::read((*bytes).as_ref(), &headers, options)?;
     let style = headers.style.clone().unwrap_or_default();
-    let units = Units::of(&style);
+    let units = units::of_style(&style);
     let attributes = &mut container.attributes;
     attributes.insert_text("lammps_units", style);
     attributes.insert_text("boundary", &*headers.boundary);
@@ -155,11 +154,8 @@ impl First {
         }
         let length = headers.frames.first()?.cell.as_ref()?[axis][axis];
         let across = places.first()? + length - places.last()?;
-        let longest = places
-            .windows(2)
-            .map(|pair| pair[1] - pair[0])
-            .fold(0.0, f64::max);
-        let letter = LETTERS[axis];
+        let steps = places.windows(2).map(|pair| pair[1] - pair[0]);
+        let (longest, letter) = (steps.fold(0.0, f64::max), LETTERS[axis]);
         (across < 1.5 * longest).then(|| Remark {
             variable: None,
             text: format!(
@@ -181,13 +177,10 @@ impl First {
         let first = self.by_id.first()?.0;
         // Ids mostly count without gaps.
         let guess = usize::try_from(id.checked_sub(first)?).ok()?;
-        match self.by_id.get(guess) {
-            Some((found, place)) if *found == id => Some(*place),
-            _ => {
-                let found = self.by_id.binary_search_by_key(&id, |(id, _)| *id);
-                found.ok().map(|at| self.by_id[at].1)
-            }
-        }
+        let is_it = |at: &usize| self.by_id.get(*at).is_some_and(|(found, _)| *found == id);
+        let search = || self.by_id.binary_search_by_key(&id, |(id, _)| *id).ok();
+        let at = Some(guess).filter(is_it).or_else(search)?;
+        Some(self.by_id[at].1)
     }
 }
 
@@ -211,12 +204,9 @@ impl Axis {
     /// Unwrapped positions first: an atom that left a periodic box is still beside its neighbours.
     fn find(axis: usize, headers: &Headers) -> Option<Axis> {
         let find = |suffix: &str| headers.column(&format!("{}{suffix}", LETTERS[axis]));
-        let has_box = headers
-            .frames
-            .first()
-            .is_some_and(|frame| frame.cell.is_some());
+        let cell = headers.frames.first().and_then(|frame| frame.cell.as_ref());
         let counts = LETTERS.map(|letter| headers.column(&format!("i{letter}")));
-        let has_images = has_box && counts[axis].is_some();
+        let has_images = cell.is_some() && counts[axis].is_some();
         let stored = |suffix: &str| {
             let is_unwrapped = suffix.ends_with('u');
             Some(Axis {
@@ -227,16 +217,17 @@ impl Axis {
                 images: (has_images && !is_unwrapped).then_some(counts),
             })
         };
-        if let Some(axis) = stored("u").or_else(|| stored("")) {
-            return Some(axis);
-        }
         // Shares of a tilted box mix the axes.
-        let [low, high] = headers.bounds.get(axis)?[..] else {
-            return None;
+        let scale = || match headers.bounds.get(axis)?[..] {
+            [low, high] => Some(Some([low, high - low])),
+            _ => None,
         };
-        let scale = Some([low, high - low]);
-        let shares = stored("su").or_else(|| stored("s"))?;
-        Some(Axis { scale, ..shares })
+        let shares = || {
+            let shares = stored("su").or_else(|| stored("s"))?;
+            let scale = scale()?;
+            Some(Axis { scale, ..shares })
+        };
+        stored("u").or_else(|| stored("")).or_else(shares)
     }
 
     /// The position in a row of `numbers`.
@@ -246,10 +237,8 @@ impl Axis {
             None => value,
             Some([low, length]) => low + value * length,
         };
-        let edges = cell
-            .into_iter()
-            .flatten()
-            .zip(self.images.unwrap_or_default());
+        let images = self.images.unwrap_or_default();
+        let edges = cell.into_iter().flatten().zip(images);
         let along = edges.map(|(edge, column)| match column {
             Some(column) if edge[self.axis] != 0.0 => numbers[column] * edge[self.axis],
             _ => 0.0,
@@ -261,11 +250,10 @@ impl Axis {
 /// The direction along which atoms lie in a row, one after the other.
 fn row(positions: &[Vec<f64>; 3]) -> Option<usize> {
     let extents = positions.each_ref().map(|along| {
-        let low = along.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = along.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        if along.is_empty() { 0.0 } else { high - low }
+        let end = |of: fn(f64, f64) -> f64| along.iter().copied().reduce(of).unwrap_or(0.0);
+        end(f64::max) - end(f64::min)
     });
-    let largest = extents.iter().copied().fold(0.0, f64::max);
+    let largest = extents.into_iter().fold(0.0, f64::max);
     let varies = |&axis: &usize| extents[axis] > IN_A_ROW * largest;
     let varying: Vec<usize> = (0..3).filter(varies).collect();
     let [axis] = varying[..] else { return None };
@@ -276,7 +264,7 @@ fn row(positions: &[Vec<f64>; 3]) -> Option<usize> {
 }
 
 /// Adds all variables.
-fn list(dump: &Arc<Dump>, units: Units, container: &mut Container) {
+fn list(dump: &Arc<Dump>, units: [&'static str; 4], container: &mut Container) {
     let (headers, first) = (&dump.headers, &dump.first);
     let unwrapped = (0..3).filter(|&axis| first.unwraps(axis));
     // The lists follow the columns.
@@ -294,7 +282,7 @@ fn list(dump: &Arc<Dump>, units: Units, container: &mut Container) {
     let stored = stored.map(|(column, name)| (name.clone(), Source::Column(column)));
     let unwrapped = unwrapped.map(|axis| (format!("{}u", LETTERS[axis]), Source::Unwrapped(axis)));
     for (name, source) in stored.chain(unwrapped) {
-        let (unit, quantity) = units.of_column(&name);
+        let [unit, quantity] = units::of_column(units, &name);
         let dimensions = vec![time.clone(), atom.clone()];
         let mut variable = Variable::new(format!("/{name}"), dimensions, Sample::F64);
         let attributes = &mut variable.attributes;
@@ -322,19 +310,16 @@ fn list(dump: &Arc<Dump>, units: Units, container: &mut Container) {
     let frames = || headers.frames.iter();
     container.push_list(step, frames().map(|frame| frame.step.to_ne_bytes()));
     if headers.has_times {
-        let times = variable("/time", &time, Sample::F64, ["time", units.time]);
+        let times = variable("/time", &time, Sample::F64, ["time", units[1]]);
         container.push_list(times, frames().map(|frame| frame.time.to_ne_bytes()));
     }
     let ids = variable("/id", &atom, Sample::I64, ["id of the atom", ""]);
     container.push_list(ids, first.ids.iter().map(|id| id.to_ne_bytes()));
     for (letter, along) in LETTERS.iter().zip(&first.positions) {
-        let texts = ["position in the first frame", units.length];
-        let along = along
-            .iter()
-            .map(|along| along.iter().map(|x| x.to_ne_bytes()));
-        for values in along {
+        let texts = ["position in the first frame", units[0]];
+        if let Some(along) = along {
             let list = variable(&format!("/first/{letter}"), &atom, Sample::F64, texts);
-            container.push_list(list, values);
+            container.push_list(list, along.iter().map(|x| x.to_ne_bytes()));
         }
     }
 }
@@ -421,13 +406,11 @@ impl Dump {
             let (name, picked) = pick(row, all, self.first.id_column, columns)
                 .map_err(|found| not_a_row(frame, &self.headers, found))?;
             let id = id(name, frame)?;
-            let Some(atom) = self.first.place(id) else {
-                let step = frame.step;
-                let what = format!(
-                    "the frame of time step {step} with the atom {id}, which the first lacks"
-                );
-                return Err(Error::unsupported(what, OTHER_ATOMS));
-            };
+            let atom = self.first.place(id).ok_or_else(|| {
+                let frame = format!("the frame of time step {}", frame.step);
+                let what = format!("{frame} with the atom {id}, which the first lacks");
+                Error::unsupported(what, OTHER_ATOMS)
+            })?;
             if std::mem::replace(&mut is_found[atom], true) {
                 return Err(frame.damaged("every atom once", format!("atom {id} twice")));
             }

@@ -82,13 +82,19 @@ pub(super) fn headers(bytes: &[u8], options: &Options) -> Result<Headers> {
         open: None,
     };
     let items = memmem::find_iter(bytes, ITEM).filter(|&at| at == 0 || bytes[at - 1] == b'\n');
-    let mut start = None;
-    for at in items.chain([bytes.len()]) {
-        if let Some(start) = start.replace(at) {
-            headers.item(bytes, start..at)?;
-        }
+    let mut start = 0;
+    for at in items.skip(1).chain([bytes.len()]) {
+        headers.item(bytes, start..at)?;
+        start = at;
     }
-    headers.end()
+    if headers.open.is_some() {
+        let place = match headers.frames.last() {
+            Some(last) => format!("behind the frame of time step {}", last.step),
+            None => "the file".into(),
+        };
+        return Err(Error::damaged(place, "ITEM: ATOMS", "the end of the file"));
+    }
+    Ok(headers)
 }
 
 impl Headers {
@@ -149,9 +155,8 @@ impl Headers {
         let before = format!("byte {}", rows.start);
         let missing = |what: &str| Error::damaged(&before, what, "ITEM: ATOMS");
         let step = header.step.ok_or_else(|| missing("ITEM: TIMESTEP"))?;
-        let atoms = header
-            .atoms
-            .ok_or_else(|| missing("ITEM: NUMBER OF ATOMS"))?;
+        let atoms = header.atoms;
+        let atoms = atoms.ok_or_else(|| missing("ITEM: NUMBER OF ATOMS"))?;
         let place = || format!("the frame of time step {step}");
         if self.frames.is_empty() {
             self.columns = columns.map(str::to_owned).collect();
@@ -162,11 +167,8 @@ impl Headers {
             let way_out = "write one file for each selection of columns";
             return Err(Error::unsupported(what, way_out));
         } else if atoms != self.atoms {
-            let what = format!(
-                "{} with {atoms} atoms, the first with {}",
-                place(),
-                self.atoms
-            );
+            let (place, first) = (place(), self.atoms);
+            let what = format!("{place} with {atoms} atoms, the first with {first}");
             return Err(Error::unsupported(what, OTHER_ATOMS));
         }
         if self.has_times && header.time.is_none() {
@@ -178,20 +180,16 @@ impl Headers {
         let ends_whole = rows.is_empty() || bytes[rows.end - 1] == b'\n';
         if least.is_none_or(|least| least > rows.len()) || !ends_whole {
             let expected = format!("{atoms} whole rows of {} values", self.columns.len());
-            return Err(Error::damaged(
-                place(),
-                expected,
-                format!("{} bytes", rows.len()),
-            ));
+            let found = format!("{} bytes", rows.len());
+            return Err(Error::damaged(place(), expected, found));
         }
         let before = self.frames.last().and_then(|frame| frame.cell.clone());
         let cell = match before.filter(|before| Some(**before) == header.cell) {
-            Some(same) => Some(same),
-            None => {
-                let bytes = header.cell.map_or(0, |_| size_of::<Cell>());
-                self.budget.take(bytes as u64)?;
+            None if header.cell.is_some() => {
+                self.budget.take(size_of::<Cell>() as u64)?;
                 header.cell.map(Arc::new)
             }
+            same => same,
         };
         self.frames.push(Frame {
             step,
@@ -200,18 +198,6 @@ impl Headers {
             cell,
         });
         self.budget.take(size_of::<Frame>() as u64)
-    }
-
-    /// Checks that no frame is cut off.
-    fn end(self) -> Result<Headers> {
-        if self.open.is_some() {
-            let place = match self.frames.last() {
-                Some(last) => format!("behind the frame of time step {}", last.step),
-                None => "the file".into(),
-            };
-            return Err(Error::damaged(place, "ITEM: ATOMS", "the end of the file"));
-        }
-        Ok(self)
     }
 }
 

@@ -224,11 +224,7 @@ fn variable(path: String, set: &[Trace]) -> Variable {
     let mut dimensions = vec![Dimension::new(set.len() as u64).named("trace")];
     dimensions.retain(|_| set.len() > 1);
     let time = Dimension::new(set[0].len).named("time");
-    dimensions.push(time.at(Coordinate::Even {
-        origin: 0.0,
-        step: 1.0 / first.rate,
-        unit: Some("s".into()),
-    }));
+    dimensions.push(time.at(Coordinate::even(0.0, 1.0 / first.rate, "s")));
     let mut variable = Variable::new(path, dimensions, set[0].sample());
     let attributes = &mut variable.attributes;
     let names = set.iter().map(|trace| trace.name.clone());

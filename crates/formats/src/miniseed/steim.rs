@@ -105,9 +105,5 @@ fn unpack(
 }
 
 fn word(order: ByteOrder, bytes: &[u8]) -> i32 {
-    let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
-    match order {
-        ByteOrder::Big => i32::from_be_bytes(bytes),
-        ByteOrder::Little => i32::from_le_bytes(bytes),
-    }
+    order.unsigned(&bytes[..4]) as u32 as i32
 }

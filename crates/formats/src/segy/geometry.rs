@@ -102,44 +102,35 @@ impl Headers<'_> {
     /// The unit code of coordinates; none if traces differ.
     pub(super) fn coordinate_units(&self) -> Option<u16> {
         let code = |trace| u16_at(self.layout.order, self.layout.header(self.bytes, trace), 88);
-        let first = code(0);
-        (1..self.layout.traces)
-            .all(|trace| code(trace) == first)
-            .then_some(first)
+        let is_same = (1..self.layout.traces).all(|trace| code(trace) == code(0));
+        is_same.then(|| code(0))
     }
 
     pub(super) fn is_constant(&self, field: Field) -> bool {
         let mut values = self.values(field);
-        values
-            .next()
-            .is_none_or(|first| values.all(|value| value == first))
+        let first = values.next();
+        first.is_none_or(|first| values.all(|value| value == first))
     }
 
-    fn rises(&self, field: Field) -> bool {
-        self.layout.traces > 1 && self.values(field).is_sorted_by(|a, b| a < b)
-    }
-
-    fn falls(&self, field: Field) -> bool {
-        self.layout.traces > 1 && self.values(field).is_sorted_by(|a, b| a > b)
+    fn is_sorted(&self, field: Field, is_next: fn(&f64, &f64) -> bool) -> bool {
+        self.layout.traces > 1 && self.values(field).is_sorted_by(is_next)
     }
 
     /// The field that rises from trace to trace along the line of receivers, if one does.
     pub(super) fn coordinate(&self, positions_are_lengths: bool) -> Option<Field> {
-        if positions_are_lengths {
-            if self.is_constant(Field::GROUP_Y) {
-                if self.rises(Field::GROUP_X) {
-                    return Some(Field::GROUP_X);
-                }
-                // Readers expect rising coordinates; a distance or an offset would hide the order.
-                if self.falls(Field::GROUP_X) {
-                    return None;
-                }
-            }
-            if let Some(distance) = self.line().filter(|&distance| self.rises(distance)) {
-                return Some(distance);
-            }
+        let rises = |field: &Field| self.is_sorted(*field, |a, b| a < b);
+        let along_x = positions_are_lengths && self.is_constant(Field::GROUP_Y);
+        // Readers expect rising coordinates; a distance or an offset would hide the order.
+        if along_x && self.is_sorted(Field::GROUP_X, |a, b| a > b) {
+            return None;
         }
-        self.rises(Field::OFFSET).then_some(Field::OFFSET)
+        let line = || self.line().filter(|_| positions_are_lengths);
+        let fields = [
+            Some(Field::GROUP_X).filter(|_| along_x),
+            line(),
+            Some(Field::OFFSET),
+        ];
+        fields.into_iter().flatten().find(rises)
     }
 
     /// The distance along the straight line from the first receiver to the last, if all lie on it.

@@ -63,20 +63,22 @@ fn sample_of(code: u16) -> Result<Sample> {
 impl Layout {
     /// The layout of a SEG-Y file.
     pub(super) fn segy(bytes: &[u8]) -> Result<Layout> {
-        let damaged =
-            |expected: String, found: String| Err(Error::damaged("SEG-Y headers", expected, found));
+        let damaged = |expected: String, found: String| {
+            let place = "SEG-Y headers";
+            Err(Error::damaged(place, expected, found))
+        };
         let refused = |what: String, way_out: &str| Err(Error::unsupported(what, way_out));
         if bytes.len() < FILE_HEADER + HEADER {
             let least = format!("at least {} bytes", FILE_HEADER + HEADER);
-            return damaged(
-                least,
-                format!("{} bytes, {}", bytes.len(), beginning(bytes)),
-            );
+            let found = format!("{} bytes, {}", bytes.len(), beginning(bytes));
+            return damaged(least, found);
         }
         let Some((order, code)) = format_code(bytes) else {
             let found = u16_at(ByteOrder::Big, bytes, 3224);
-            let expected = "a sample format from 1 to 16";
-            return Err(Error::damaged("byte 3225", expected, found));
+            return damaged(
+                "a sample format from 1 to 16 at byte 3225".into(),
+                found.to_string(),
+            );
         };
         let sample = sample_of(code)?;
         let revision = match order {
@@ -85,10 +87,8 @@ impl Layout {
             _ => bytes[3500],
         };
         if revision > 2 {
-            return refused(
-                format!("SEG-Y revision {revision}"),
-                "write the file as revision 1",
-            );
+            let what = format!("SEG-Y revision {revision}");
+            return refused(what, "write the file as revision 1");
         }
         // Fields that revision 2 added to the binary header: 0 is unset.
         let extended = |at: usize, len: usize| match revision {
@@ -112,11 +112,9 @@ impl Layout {
             (first, _) => usize::try_from(first).unwrap_or(usize::MAX),
         };
         let trailers = extended(3528, 4) as u32 as i32;
-        let Some(end) = usize::try_from(trailers)
-            .ok()
-            .and_then(|trailers| trailers.checked_mul(3200))
-            .and_then(|trailers| bytes.len().checked_sub(trailers))
-        else {
+        let behind = usize::try_from(trailers).ok();
+        let end = behind.and_then(|n| bytes.len().checked_sub(n.checked_mul(3200)?));
+        let Some(end) = end else {
             let what = format!("{trailers} data trailers");
             return refused(what, "write the file without them");
         };
@@ -157,9 +155,9 @@ impl Layout {
             let found = format!("{} bytes", bytes.len());
             return Err(Error::damaged("trace 1", expected, found));
         }
-        let of = |order| equal_length(order, bytes, 4, 0, false).map(|samples| (order, samples));
-        let (order, samples) =
-            of(ByteOrder::Little).or_else(|little| of(ByteOrder::Big).map_err(|_| little))?;
+        let of = |order| Ok((order, equal_length(order, bytes, 4, 0, false)?));
+        let (order, samples) = of(ByteOrder::Little)
+            .or_else(|little| of(ByteOrder::Big).map_err(|_: Error| little))?;
         let mut layout = Layout {
             order,
             sample: Sample::F32,
@@ -178,19 +176,13 @@ impl Layout {
     fn intervals(&self, bytes: &[u8], of_file: u16) -> Vec<(String, f64)> {
         let of_traces = (0..self.traces).map(|trace| {
             let interval = u16_at(self.order, self.header(bytes, trace), 116);
-            (Some(trace), interval)
+            (format!("trace {}", trace + 1), f64::from(interval))
         });
-        let all = std::iter::once((None, of_file)).chain(of_traces);
-        let mut stated = all.filter(|(_, interval)| *interval > 0);
+        let all = std::iter::once(("binary header".to_owned(), of_file.into())).chain(of_traces);
+        let mut stated = all.filter(|(_, interval)| *interval > 0.0);
         let first = stated.next();
-        let other = stated.find(|(_, other)| first.is_some_and(|(_, first)| first != *other));
-        let placed = |(trace, interval): (Option<usize>, u16)| {
-            let place = trace.map_or("binary header".into(), |trace| {
-                format!("trace {}", trace + 1)
-            });
-            (place, f64::from(interval))
-        };
-        first.into_iter().chain(other).map(placed).collect()
+        let other = stated.find(|(_, other)| first.as_ref().is_some_and(|first| first.1 != *other));
+        first.into_iter().chain(other).collect()
     }
 
     /// Bytes from one trace header to the next.

@@ -18,11 +18,10 @@ pub(crate) fn detect(bytes: &[u8]) -> Option<Format> {
 
 /// Whether a text that begins with `C` in ASCII or EBCDIC and a binary header come first.
 fn is_plausible(bytes: &[u8]) -> bool {
-    if bytes.len() < FILE_HEADER + HEADER || !matches!(bytes[0], b'C' | 0xc3) {
-        return false;
-    }
-    format_code(bytes)
-        .is_some_and(|(order, _)| u16_at(order, bytes, 3216) > 0 && u16_at(order, bytes, 3220) > 0)
+    let is_set = |order, at| u16_at(order, bytes, at) > 0;
+    bytes.len() >= FILE_HEADER + HEADER
+        && matches!(bytes[0], b'C' | 0xc3)
+        && format_code(bytes).is_some_and(|(order, _)| is_set(order, 3216) && is_set(order, 3220))
 }
 
 /// Opens a file of `format`.
@@ -39,49 +38,43 @@ pub(crate) fn open(format: Format, bytes: Bytes, _options: &Options) -> Result<C
     };
     let length_unit = if layout.is_feet { "ft" } else { "m" };
     let position_unit = match headers.coordinate_units() {
-        Some(2) => Some("arcsec"),
-        Some(3) => Some("degree"),
-        Some(4) => Some("DDDMMSS.ss"),
-        Some(_) => Some(length_unit),
-        None => None,
+        Some(2) => "arcsec",
+        Some(3) => "degree",
+        Some(4) => "DDDMMSS.ss",
+        Some(_) => length_unit,
+        None => "",
     };
-    let coordinate = headers.coordinate(position_unit == Some(length_unit));
+    let coordinate = headers.coordinate(position_unit == length_unit);
     let is_set = |field: &Field| headers.values(*field).any(|value| value != 0.0);
     let mut fields: Vec<Field> = Field::OF_HEADERS.into_iter().filter(is_set).collect();
     fields.extend(coordinate.filter(|field| !fields.contains(field)));
 
-    let dead = Remark::listing(
+    let (dead, codes) = (
         "traces that hold no record of a sensor:",
         headers.no_records(),
     );
-    container.remark_on_next(dead);
-    let mut trace = Dimension::new(layout.traces as u64).named("trace");
+    container.remark_on_next(Remark::listing(dead, codes));
+    let of_trace = Dimension::new(layout.traces as u64).named("trace");
     let listed = coordinate.and_then(|field| fields.iter().position(|&found| found == field));
-    let time = Dimension::new(layout.samples as u64).named("time");
+    let mut trace = of_trace.clone();
+    trace.coordinate = listed.map(|field| Coordinate::Listed(1 + field));
     let same_delay = headers.is_constant(Field::Delay);
-    let header = layout.header(bytes, 0);
     let origin = match same_delay {
-        true => Field::Delay.value(&layout, header) / 1e3,
+        true => Field::Delay.value(&layout, layout.header(bytes, 0)) / 1e3,
         false => 0.0,
     };
-    let of_trace = trace.clone();
-    trace.coordinate = listed.map(|field| Coordinate::Listed(1 + field));
     let is_one = layout.intervals.len() == 1;
-    let coordinate = layout
-        .intervals
-        .first()
-        .map(|(_, interval)| Coordinate::Even {
-            origin,
-            step: if is_one { interval / 1e6 } else { f64::NAN },
-            unit: Some("s".into()),
-        });
-    let dimensions = vec![trace, Dimension { coordinate, ..time }];
-    let mut traces = Variable::new("/traces", dimensions, layout.sample);
+    let mut time = Dimension::new(layout.samples as u64).named("time");
+    let interval = layout.intervals.first();
+    time.coordinate = interval.map(|(_, interval)| {
+        let step = if is_one { interval / 1e6 } else { f64::NAN };
+        Coordinate::even(origin, step, "s")
+    });
+    let mut traces = Variable::new("/traces", vec![trace, time], layout.sample);
     for (place, interval) in layout.intervals.iter().filter(|_| !is_one) {
         let name = format!("sample_interval ({place})");
-        traces
-            .attributes
-            .insert_text(name, format!("{interval} us"));
+        let attributes = &mut traces.attributes;
+        attributes.insert_text(name, format!("{interval} us"));
     }
     let strides = vec![layout.stride() as u64, layout.sample.bytes() as u64];
     traces.place = Place::in_file((layout.start + HEADER) as u64, strides, layout.order);
@@ -92,11 +85,10 @@ pub(crate) fn open(format: Format, bytes: Bytes, _options: &Options) -> Result<C
     container.push(traces);
     for field in &fields {
         let unit = match field {
-            Field::Delay => Some("ms"),
+            Field::Delay => "ms",
             field if field.is_position() => position_unit,
-            _ => Some(length_unit),
+            _ => length_unit,
         };
-        let unit = unit.unwrap_or_default();
         container.push_floats(field.path(), &of_trace, unit, headers.values(*field));
     }
 

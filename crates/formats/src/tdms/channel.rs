@@ -178,11 +178,8 @@ impl Channel {
             Some(_) if !matches!(unit, "s" | "ms" | "us" | "ns") => "abscissa",
             _ => "time",
         };
-        let even = self.even().map(|[origin, step]| Coordinate::Even {
-            origin,
-            step,
-            unit: Some(unit.to_owned()),
-        });
+        let even = self.even();
+        let even = even.map(|[origin, step]| Coordinate::even(origin, step, unit));
         Dimension {
             coordinate: even.or(listed.map(Coordinate::Listed)),
             ..Dimension::new(self.len()).named(name)
@@ -205,12 +202,11 @@ impl Positions {
     pub(super) fn of(channels: &[Channel]) -> Positions {
         let mut positions = Positions::default();
         for axis in POSITIONS {
-            let of = |channel: &'_ Channel| {
-                let (value, unit) = position(&channel.properties, axis)?;
-                Some((value, unit.map(str::to_owned)))
-            };
-            let all: Vec<_> = channels.iter().map(of).collect();
-            let mut units = all.iter().flatten().map(|(_, unit)| unit.clone());
+            let all = channels
+                .iter()
+                .map(|channel| position(&channel.properties, axis));
+            let all: Vec<Option<(f64, Option<&str>)>> = all.collect();
+            let mut units = all.iter().flatten().map(|(_, unit)| *unit);
             let Some(unit) = units.next() else { continue };
             if units.any(|other| other != unit) {
                 positions.differ = Some(axis);
@@ -218,7 +214,8 @@ impl Positions {
             }
             let values = all
                 .iter()
-                .map(|one| one.as_ref().map_or(f64::NAN, |one| one.0));
+                .map(|one| one.map_or(f64::NAN, |(value, _)| value));
+            let unit = unit.map(str::to_owned);
             positions.listed.push((axis, unit, values.collect()));
         }
         let rising = only_rising(positions.listed.iter().map(|(_, _, values)| &values[..]));
@@ -255,10 +252,8 @@ pub(super) fn attributes(channels: &[Channel]) -> Attributes {
             if !is_everywhere {
                 attributes.insert(format!("{}/{name}", channel.name), value.clone());
             } else if std::ptr::eq(channel, first) {
-                let values = channels
-                    .iter()
-                    .filter_map(|other| other.properties.get(name));
-                let values: Vec<&Value> = values.collect();
+                let values = channels.iter().map(|other| &other.properties);
+                let values: Vec<&Value> = values.filter_map(|all| all.get(name)).collect();
                 let name = match name.as_str() {
                     "description" if values.iter().all(|one| *one == value) => "long_name".into(),
                     name if RESERVED.contains(&name) => format!("property {name}"),

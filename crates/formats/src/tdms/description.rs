@@ -62,21 +62,21 @@ pub(super) fn index(cursor: &mut Cursor, header: u32) -> Result<Index> {
         return device(cursor, header, count);
     }
     let (kind, size) = kind_of(code, &at)?;
+    // Each text has the place of its end.
+    let least = count.checked_mul(size.unwrap_or(4));
     let bytes = match size {
         None => {
-            let bytes = cursor.number(8, "the length of texts")?;
-            // Each has the place of its end.
-            let least = count.checked_mul(4).filter(|least| bytes >= *least);
-            least.map(|_| bytes)
+            Some(cursor.number(8, "the length of texts")?).filter(|bytes| Some(*bytes) >= least)
         }
-        Some(size) => count.checked_mul(size),
+        Some(_) => least,
     };
+    let bytes = bytes.filter(|_| least.is_some());
     // Only objects without samples have type 0.
     let bytes = bytes.filter(|bytes| *bytes > 0 || count == 0);
-    let Some(bytes) = bytes else {
+    let bytes = bytes.ok_or_else(|| {
         let expected = "a type and a number of samples that fit together";
-        return Err(at.damaged(expected, format!("{count} samples of type {code:#x}")));
-    };
+        at.damaged(expected, format!("{count} samples of type {code:#x}"))
+    })?;
     Ok(Index {
         kind,
         size,
@@ -107,13 +107,11 @@ fn device(cursor: &mut Cursor, header: u32, count: u64) -> Result<Index> {
     }
     let width = |_| cursor.number(4, "the width of a buffer");
     let widths = (0..buffers).map(width).collect::<Result<Vec<u64>>>()?;
-    let Some((code, buffer, offset, scaler)) = first else {
-        return Err(at.damaged("a scaler", "none"));
-    };
-    let Some(&sample) = SAMPLES.get(code as usize) else {
+    let (code, buffer, offset, scaler) = first.ok_or_else(|| at.damaged("a scaler", "none"))?;
+    let sample = SAMPLES.get(code as usize).copied().ok_or_else(|| {
         let what = format!("a DAQmx scaler of type {code:#x}");
-        return Err(Error::unsupported(what, WAY_OUT));
-    };
+        Error::unsupported(what, WAY_OUT)
+    })?;
     let (kind, offset) = match header {
         DEVICE_LINES => (Kind::Other("digital lines of a DAQmx device"), offset / 8),
         _ if scalers > 1 => (Kind::Other("samples of several DAQmx scalers"), offset),
@@ -121,8 +119,10 @@ fn device(cursor: &mut Cursor, header: u32, count: u64) -> Result<Index> {
     };
     let size = sample.bytes() as u64;
     let (buffer, offset) = (buffer as usize, u64::from(offset));
-    let width = widths.get(buffer);
-    if width.is_none_or(|width| offset + size > *width) {
+    if widths
+        .get(buffer)
+        .is_none_or(|width| offset + size > *width)
+    {
         let expected = format!("a scaler within rows of {widths:?} bytes");
         return Err(at.damaged(expected, format!("buffer {buffer}, byte {offset}")));
     }
@@ -147,16 +147,15 @@ pub(super) fn property(cursor: &mut Cursor, name: &str) -> Result<Value> {
         return text(cursor, &expected).map(Value::Text);
     };
     let bytes = cursor.take(size, &expected)?;
-    Ok(match kind {
-        Kind::Number(sample) => Value::of_samples(sample, cursor.order, bytes),
-        Kind::Time => Value::Text(Stamp::read(cursor.order, bytes).text()),
-        _ if size == 0 => Value::Text(String::new()),
+    let sample = match (kind, size) {
+        (Kind::Time, _) => return Ok(Value::Text(Stamp::read(cursor.order, bytes).text())),
+        (_, 0) => return Ok(Value::Text(String::new())),
+        (Kind::Number(sample), _) => sample,
         // Complex numbers are the only others.
-        _ => {
-            let sample = if size == 8 { Sample::F32 } else { Sample::F64 };
-            Value::of_samples(sample, cursor.order, bytes)
-        }
-    })
+        (_, 8) => Sample::F32,
+        _ => Sample::F64,
+    };
+    Ok(Value::of_samples(sample, cursor.order, bytes))
 }
 
 /// The kind of samples that a code stands for, and the bytes of one; none for texts.

@@ -25,24 +25,23 @@ impl Listing<'_> {
     pub(super) fn add(&mut self, group: &str, channels: Vec<Channel>) -> Result<()> {
         // The only channel of times of each length.
         let mut times: HashMap<u64, Option<usize>> = HashMap::new();
-        let (of_time, others): (Vec<Channel>, Vec<Channel>) =
-            channels.into_iter().partition(Channel::is_time);
+        let path_of = |channel: &Channel| format!("/{group}/{}", channel.name);
+        let all = channels.into_iter();
+        let (of_time, others): (Vec<_>, Vec<_>) = all.partition(Channel::is_time);
         for channel in of_time {
             let place = self.container.variables.len();
-            let once = |found: &mut Option<usize>| *found = None;
-            let len = channel.len();
-            times.entry(len).and_modify(once).or_insert(Some(place));
-            self.add_set(format!("/{group}/{}", channel.name), vec![channel], None)?;
+            let found = times.entry(channel.len());
+            found
+                .and_modify(|found| *found = None)
+                .or_insert(Some(place));
+            self.add_set(path_of(&channel), vec![channel], None)?;
         }
-        let (alone, together): (Vec<Channel>, Vec<Channel>) = others
-            .into_iter()
-            .partition(|channel| channel.is_alone().is_some());
-        let together = together
-            .into_iter()
-            .map(|channel| (channel.traits(), channel));
+        let all = others.into_iter();
+        let (alone, together): (Vec<_>, Vec<_>) = all.partition(|one| one.is_alone().is_some());
+        let together = together.into_iter();
+        let together = together.map(|channel| (channel.traits(), channel));
         let remark =
             |sets: &Sets<Channel>, traits: &Traits| remark(&sets[traits], sets, traits, &alone);
-        let path_of = |channel: &Channel| format!("/{group}/{}", channel.name);
         for set in variables(sets(together), &format!("/{group}"), path_of, remark) {
             self.container.remark_on_next(set.remark);
             let listed = times.get(&set.arrays[0].len()).copied().flatten();
@@ -50,7 +49,7 @@ impl Listing<'_> {
         }
         for channel in alone {
             let listed = times.get(&channel.len()).copied().flatten();
-            self.add_set(format!("/{group}/{}", channel.name), vec![channel], listed)?;
+            self.add_set(path_of(&channel), vec![channel], listed)?;
         }
         Ok(())
     }
@@ -72,12 +71,9 @@ impl Listing<'_> {
             _ => Positions::of(&channels),
         };
         let bare = Dimension::new(channels.len() as u64).named("channel");
-        let channel = Dimension {
-            coordinate: positions
-                .coordinate
-                .map(|axis| Coordinate::Listed(place + 1 + axis)),
-            ..bare.clone()
-        };
+        let mut channel = bare.clone();
+        let coordinate = positions.coordinate;
+        channel.coordinate = coordinate.map(|axis| Coordinate::Listed(place + 1 + axis));
         if let Some(differ) = positions.differ {
             let text = format!("the units of the property {differ} of the channels differ");
             variable.attributes.insert_text("positions", text);
@@ -96,8 +92,8 @@ impl Listing<'_> {
                 variable.sample_type = SampleType::Number(Sample::I64);
                 let pieces = std::mem::take(&mut channels[0].pieces);
                 let file = Bytes::clone(self.file);
-                self.container
-                    .push_decoded(variable, Times { path, file, pieces });
+                let times = Times { path, file, pieces };
+                self.container.push_decoded(variable, times);
                 return Ok(());
             }
             Form::Other(what) => {

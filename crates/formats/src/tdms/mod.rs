@@ -34,10 +34,9 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     for (path, object) in segments.objects {
         let mut names = names(&path)?.into_iter();
         let (group, channel) = (names.next(), names.next());
-        let prefix = match &group {
-            Some(group) => format!("/{group}/"),
-            None => String::new(),
-        };
+        let prefix = group
+            .as_ref()
+            .map_or(String::new(), |group| format!("/{group}/"));
         if channel.is_none() {
             let of_it = object.properties.0.iter();
             let of_it = of_it.map(|(name, value)| (format!("{prefix}{name}"), value.clone()));

@@ -44,9 +44,7 @@ pub(super) fn scaling(
             return Ok(Some(Scaling(steps)));
         }
         match kind.ok_or("incomplete")? {
-            "Linear" => {
-                steps.push(vec![number("Linear_Y_Intercept")?, number("Linear_Slope")?]);
-            }
+            "Linear" => steps.push(vec![number("Linear_Y_Intercept")?, number("Linear_Slope")?]),
             "Polynomial" => {
                 let size = integer(&of("Polynomial_Coefficients_Size")).unwrap_or(4);
                 if !(0..=MOST_COEFFICIENTS).contains(&size) {

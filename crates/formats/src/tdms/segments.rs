@@ -104,23 +104,24 @@ impl Segments {
         let end = Some(next).filter(|next| *next != u64::MAX).and_then(place);
         let is_cut = end.is_none_or(|end| end > length);
         let end = end.map_or(length, |end| end.min(length));
-        let Some(start) = place(samples).filter(|start| *start <= end) else {
-            if is_cut {
-                let from = format!("the segment at byte {at}, whose description is cut");
-                self.incomplete = Some(from);
-                return Ok(None);
-            }
-            return Err(begin.damaged(format!("a description of at most {next} bytes"), samples));
+        let start = place(samples).filter(|start| *start <= end);
+        if is_cut {
+            let how = match start {
+                Some(_) => "read as far as it reaches",
+                None => "whose description is cut",
+            };
+            self.incomplete = Some(format!("the segment at byte {at}, {how}"));
+        }
+        let Some(start) = start else {
+            let expected = format!("a description of at most {next} bytes");
+            let damaged = || Err(begin.damaged(expected, samples));
+            return if is_cut { Ok(None) } else { damaged() };
         };
         if contents & HAS_DESCRIPTION != 0 {
             lead.bytes = &bytes[..start as usize];
             self.description(&mut lead, contents & IS_NEW_LIST != 0)?;
         } else if at == 0 {
             return Err(begin.damaged("a description", "none in the first segment"));
-        }
-        if is_cut {
-            let text = format!("the segment at byte {at}, read as far as it reaches");
-            self.incomplete = Some(text);
         }
         let data = Data {
             start,
@@ -190,14 +191,11 @@ impl Segments {
                 let index = description::index(cursor, header)?;
                 let is_used = found.pieces.len() > 0 || !found.texts.is_empty();
                 let earlier = found.kind.filter(|kind| is_used && *kind != index.kind);
-                match earlier {
-                    Some(earlier) if index.count > 0 => {
-                        let of = |kind| format!("samples of type {kind:?}");
-                        return Err(at.damaged(of(earlier), of(index.kind)));
-                    }
-                    Some(_) => {}
-                    None => found.kind = Some(index.kind),
+                if let Some(earlier) = earlier.filter(|_| index.count > 0) {
+                    let of = |kind| format!("samples of type {kind:?}");
+                    return Err(at.damaged(of(earlier), of(index.kind)));
                 }
+                found.kind = earlier.or(Some(index.kind));
                 found.index = Some(Arc::new(index));
             }
         }

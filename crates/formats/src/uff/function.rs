@@ -48,10 +48,7 @@ impl Function {
 
     /// What it has in common with others of one variable.
     pub(super) fn traits(&self) -> Traits {
-        let named = |unit: &str| match unit {
-            "" => "none".to_owned(),
-            unit => unit.to_owned(),
-        };
+        let named = |unit: &str| if unit.is_empty() { "none" } else { unit }.to_owned();
         // Zeros of both signs are the same.
         let abscissa = match self.even {
             Some([origin, step]) => format!("from {:?} by {:?}", origin + 0.0, step + 0.0),
@@ -160,19 +157,20 @@ impl Function {
         let step = self.per_point() * size;
         let length = self.count.checked_mul(step);
         let end = length.and_then(|length| start.checked_add(length));
-        let Some(end) = end.filter(|&end| end <= lines.bytes.len()) else {
+        let end = end.filter(|&end| end <= lines.bytes.len());
+        let end = end.ok_or_else(|| {
             let expected = format!("{} binary values", self.count);
-            let place = format!("byte {start}");
-            return Err(Error::damaged(place, expected, "the end of the file"));
-        };
+            Error::damaged(format!("byte {start}"), expected, "the end of the file")
+        })?;
         lines.at = end;
         // A line end may stand between the numbers and the delimiter.
-        let mut line = lines.expect("the end of data set 58b")?;
+        let expected = "the end of data set 58b";
+        let mut line = lines.expect(expected)?;
         if line.text.is_empty() {
-            line = lines.expect("the end of data set 58b")?;
+            line = lines.expect(expected)?;
         }
         if !line.is_delimiter() {
-            return Err(line.damaged("the end of data set 58b", line.text));
+            return Err(line.damaged(expected, line.text));
         }
         if self.even.is_none() && !self.is_complex {
             let points = lines.bytes[start..end].chunks_exact(step);

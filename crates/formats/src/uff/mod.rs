@@ -86,16 +86,13 @@ fn doubts(sets: &Sets<(Function, Record)>, traits: &Traits) -> Option<String> {
     let mut seen = HashSet::new();
     let is_again = |one: &&(Function, Record)| node(&one.0) != 0 && !seen.insert(node(&one.0));
     let again = set.iter().filter(is_again).map(named);
+    let left_out = "records that are left out, so that those behind them move up:";
+    let other =
+        format!("records with another label than {label:?} that are taken with the others:");
     let said = [
-        Remark::listing(
-            "records that are left out, so that those behind them move up:",
-            others(sets, traits, named),
-        ),
+        Remark::listing(left_out, others(sets, traits, named)),
         Remark::listing("records of a node that has one already:", again),
-        Remark::listing(
-            &format!("records with another label than {label:?} that are taken with the others:"),
-            renamed,
-        ),
+        Remark::listing(&other, renamed),
     ];
     let said: Vec<String> = said.into_iter().flatten().collect();
     (!said.is_empty()).then(|| said.join("; "))
@@ -188,11 +185,8 @@ fn add(
     };
 
     let path = format!("/records{suffix}");
-    let mut variable = Variable::new(
-        path.clone(),
-        vec![record.clone(), abscissa.clone()],
-        Sample::F64,
-    );
+    let dimensions = vec![record.clone(), abscissa.clone()];
+    let mut variable = Variable::new(path.clone(), dimensions, Sample::F64);
     let attributes = &mut variable.attributes;
     attributes.insert_text("long_name", &*first.name);
     attributes.insert_text("ordinate", &*first.label);
@@ -205,68 +199,62 @@ fn add(
         _ => "",
     };
     attributes.insert_text("standard_name", quantity);
-    if first.denominator_unit.is_empty() {
-        attributes.insert_text("units", &*first.ordinate_unit);
-    } else {
-        attributes.insert_text("numerator_units", &*first.ordinate_unit);
-        attributes.insert_text("denominator_units", &*first.denominator_unit);
-    }
+    let ordinate = match first.denominator_unit.as_str() {
+        "" => "units",
+        _ => "numerator_units",
+    };
+    attributes.insert_text(ordinate, &*first.ordinate_unit);
+    attributes.insert_text("denominator_units", &*first.denominator_unit);
     attributes.insert("function_type", Value::Integers(vec![first.function_type]));
 
     let mut listed: Vec<(&str, Vec<f64>)> = Vec::new();
-    let mut each = |name: &'static str, of: fn(&Function) -> i64| {
-        let values: Vec<i64> = functions.iter().map(of).collect();
-        match values.iter().all(|&value| value == values[0]) {
-            true => attributes.insert(name, Value::Integers(vec![values[0]])),
-            false => listed.push((name, values.into_iter().map(|value| value as f64).collect())),
+    for (name, of) in [
+        (
+            "response_node",
+            (|one| one.response[0]) as fn(&Function) -> i64,
+        ),
+        ("response_direction", |one| one.response[1]),
+        ("reference_node", |one| one.reference[0]),
+        ("reference_direction", |one| one.reference[1]),
+    ] {
+        match functions.iter().all(|one| of(one) == of(first)) {
+            true => attributes.insert(name, Value::Integers(vec![of(first)])),
+            false => listed.push((name, functions.iter().map(|one| of(one) as f64).collect())),
         }
-    };
-    each("response_node", |function| function.response[0]);
-    each("response_direction", |function| function.response[1]);
-    each("reference_node", |function| function.reference[0]);
-    each("reference_direction", |function| function.reference[1]);
+    }
 
-    let position = |function: &Function| nodes.get(&function.response[0]).copied();
-    let positions = functions.iter().map(position);
-    let positions: Vec<_> = positions
-        .map(|found| found.unwrap_or([f64::NAN; 3]))
-        .collect();
+    let position = |function: &Function| {
+        let found = nodes.get(&function.response[0]).copied();
+        found.unwrap_or([f64::NAN; 3])
+    };
+    let positions: Vec<[f64; 3]> = functions.iter().map(position).collect();
     let at = container.variables.len() + 1;
     if positions.iter().any(|position| !position[0].is_nan()) {
-        let along = |axis: usize| positions.iter().map(move |position| position[axis]);
-        let axes: [Vec<f64>; 3] = [0, 1, 2].map(|axis| along(axis).collect());
+        let along = |axis: usize| positions.iter().map(|at| at[axis]).collect();
+        let axes: [Vec<f64>; 3] = [0, 1, 2].map(along);
         let rising = only_rising(axes.iter().map(|axis| &axis[..]));
         let coordinate = rising.map(|axis| Coordinate::Listed(at + listed.len() + axis));
         variable.dimensions[0].coordinate = coordinate;
         listed.extend(["x", "y", "z"].into_iter().zip(axes));
     }
-    variable.dimensions[1].coordinate = match first.even {
-        Some([origin, step]) => Some(Coordinate::Even {
-            origin,
-            step,
-            unit: Some(abscissa_unit.to_owned()).filter(|unit| !unit.is_empty()),
-        }),
-        None => (!first.is_complex).then_some(Coordinate::Listed(at + listed.len())),
-    };
+    let even = first.even;
+    let even = even.map(|[origin, step]| Coordinate::even(origin, step, abscissa_unit));
+    let is_listed = first.even.is_none() && !first.is_complex;
+    let at_end = || Coordinate::Listed(at + listed.len());
+    variable.dimensions[1].coordinate = even.or_else(|| is_listed.then(at_end));
 
     if first.is_complex || !first.is_record() {
+        let kind = first.function_type;
         let what = match first.is_record() {
             true => "complex numbers".to_owned(),
-            false => format!(
-                "functions of type {}, no records of time",
-                first.function_type
-            ),
+            false => format!("functions of type {kind}, no records of time"),
         };
         variable.sample_type = SampleType::Other(what);
         container.push(variable);
     } else {
         let mut types = records.iter().filter_map(|record| record.sample);
-        let sample = types.next().unwrap_or(Sample::F64);
-        let sample = if types.all(|one| one == sample) {
-            sample
-        } else {
-            Sample::F64
-        };
+        let sample = types.next().filter(|first| types.all(|one| one == *first));
+        let sample = sample.unwrap_or(Sample::F64);
         let mut rows = Rows {
             path,
             file: Bytes::clone(file),
@@ -280,14 +268,18 @@ fn add(
         variable.sample_type = SampleType::Number(sample);
         container.push_decoded(variable, rows);
     }
-    let mut list = |name: &str, dimension: &Dimension, unit: &str, values: &[f64]| {
-        let path = format!("/{name}{suffix}");
-        container.push_floats(path, dimension, unit, values.iter().copied());
+    let mut list = |name: &str, dimension: &Dimension, unit: &str, values: Vec<f64>| {
+        container.push_floats(format!("/{name}{suffix}"), dimension, unit, values);
     };
-    for (name, values) in &listed {
+    for (name, values) in listed {
         list(name, &record, "", values);
     }
-    if first.even.is_none() && !first.is_complex {
-        list("abscissa", &abscissa, abscissa_unit, &first.abscissas);
+    if is_listed {
+        list(
+            "abscissa",
+            &abscissa,
+            abscissa_unit,
+            first.abscissas.clone(),
+        );
     }
 }

@@ -56,28 +56,30 @@ impl<'a> Line<'a> {
 
     /// An integer; 0 for blanks.
     pub(super) fn integer(self, from: usize, to: usize) -> Result<i64> {
-        let found = self.columns(from, to);
-        let text = std::str::from_utf8(found).ok();
-        match text {
-            Some("") => Ok(0),
-            text => text
-                .and_then(|text| text.parse().ok())
-                .ok_or_else(|| self.damaged("an integer", found)),
-        }
+        self.parsed(from, to, "an integer", |text| text.parse().ok())
     }
 
     /// A float, also with the exponent letter D of Fortran; 0 for blanks.
     pub(super) fn float(self, from: usize, to: usize) -> Result<f64> {
-        let found = self.columns(from, to);
-        if found.is_empty() {
-            return Ok(0.0);
-        }
-        let text = std::str::from_utf8(found).ok();
-        let parsed = text.and_then(|text| match text.parse() {
+        self.parsed(from, to, "a number", |text| match text.parse() {
             Ok(value) => Some(value),
             Err(_) => text.replace(['D', 'd'], "E").parse().ok(),
-        });
-        parsed.ok_or_else(|| self.damaged("a number", found))
+        })
+    }
+
+    fn parsed<T: Default>(
+        self,
+        from: usize,
+        to: usize,
+        expected: &str,
+        parse: impl FnOnce(&str) -> Option<T>,
+    ) -> Result<T> {
+        let found = self.columns(from, to);
+        let parsed = match found.is_empty() {
+            true => Some(T::default()),
+            false => str::from_utf8(found).ok().and_then(parse),
+        };
+        parsed.ok_or_else(|| self.damaged(expected, found))
     }
 
     pub(super) fn damaged(self, expected: &str, found: &[u8]) -> Error {
