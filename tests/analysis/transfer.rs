@@ -7,6 +7,7 @@ use ndarray::{Array2, s};
 use num_complex::Complex;
 use test_support::changed;
 use test_support::fields::{Congruential, chain};
+use wavecascade::Field;
 use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{BudgetRequest, Integration, Motion, Views, budget};
 use wavecascade::chain::{Accuracy, Ends, Law, Record, Run, Simulation};
