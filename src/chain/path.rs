@@ -24,6 +24,9 @@ const FELT: f64 = 2.0;
 /// a rate is its square root.
 const NOTICED: f64 = 1e-26;
 
+/// Shown the chain at a sample, and the accelerations of its bodies.
+pub(crate) type Visit<'a> = dyn FnMut(NodeState, &dyn Fn(usize) -> f64) + 'a;
+
 /// A place on the way.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Node {
@@ -116,7 +119,7 @@ impl Simulation {
         times: &[f64],
         (local_error, halfway): (f64, bool),
         observer: &dyn Observer,
-        visit: &mut dyn FnMut(NodeState, &dyn Fn(usize) -> f64),
+        visit: &mut Visit,
     ) -> Result<()> {
         let (mut stepping, _) = self.stepping(times, local_error, false)?;
         let mut last = 0.0;

@@ -300,7 +300,7 @@ fn some_of(names: &[String]) -> String {
     const MOST: usize = 12;
     match names.len() {
         0 => "none".into(),
-        ..=MOST => names.join(", "),
+        1..=MOST => names.join(", "),
         all => format!("{} and {} more", names[..MOST].join(", "), all - MOST),
     }
 }

@@ -74,11 +74,15 @@ impl ScanFault {
     /// Whether the request is at fault, not a file.
     pub(super) fn is_usage(&self) -> bool {
         use ScanFault::*;
-        match self {
-            OtherName { .. } | NoPosition { .. } | SeveralPositions { .. } => true,
-            NotInTable { .. } | Channels { .. } | NoSuchChannel { .. } => true,
-            _ => false,
-        }
+        matches!(
+            self,
+            OtherName { .. }
+                | NoPosition { .. }
+                | SeveralPositions { .. }
+                | NotInTable { .. }
+                | Channels { .. }
+                | NoSuchChannel { .. }
+        )
     }
 }
 

@@ -188,14 +188,12 @@ fn add_arrays<'a>(budget: &'a Budget, sheet: &mut Sheet<'a>) {
         line("frequency", flow.frequency.as_slice().into());
     }
     if let Some(found) = &budget.scales {
-        let scales: [(&str, fn(&ScaleOf) -> f64); 3] = [
-            ("scale", |scale| scale.scale),
-            ("scale_sigma", |scale| scale.sigma.unwrap_or(f64::NAN)),
-            ("scale_cutoff_wavenumber", |scale| scale.cutoff_wavenumber),
-        ];
-        for (name, value) in scales {
+        let mut each = |name: &'static str, value: fn(&ScaleOf) -> f64| {
             line(name, found.scales.iter().map(value).collect());
-        }
+        };
+        each("scale", |scale| scale.scale);
+        each("scale_sigma", |scale| scale.sigma.unwrap_or(f64::NAN));
+        each("scale_cutoff_wavenumber", |scale| scale.cutoff_wavenumber);
     }
     if let Some(found) = &budget.modes {
         let frequency = found.frequency.iter().map(|w| w / (2.0 * PI));

@@ -59,8 +59,9 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     // A single variable of records is not padded.
     let of_records = || entries.iter().filter(|entry| entry.is_record);
     let padded = if of_records().count() == 1 { 1 } else { 4 };
-    let slabs = of_records().map(|entry| entry.slab(&dimensions)?.checked_next_multiple_of(padded));
-    let record = slabs.fold(Some(0u64), |sum, slab| sum?.checked_add(slab?));
+    let mut slabs =
+        of_records().map(|entry| entry.slab(&dimensions)?.checked_next_multiple_of(padded));
+    let record = slabs.try_fold(0u64, |sum, slab| sum.checked_add(slab?));
     let record = record.unwrap_or(u64::MAX);
     for entry in entries {
         let of = entry.dimensions.iter().map(|d| &dimensions[*d]);

@@ -67,7 +67,7 @@ impl Law {
             });
         };
         let expected = || format!("`{word}` as in `{example}`");
-        law(rest)?.ok_or_else(|| Error::request("law", &expected(), format!("`{text}`")))
+        law(rest)?.ok_or_else(|| Error::request("law", expected(), format!("`{text}`")))
     }
 }
 

@@ -63,19 +63,19 @@ impl Format {
 
     fn new_file(self) -> NewFile {
         let has_own_sidecar = |path: &Path| is_own_sidecar(&sidecar_of(path));
-        let (extensions, is_one): (&[&str], fn(&Path) -> Result<bool>) = match self {
-            // Of a path with one of the others the format is another.
-            Format::Archive => (&FieldFile::EXTENSIONS, is_field_file),
-            Format::NetCdf => (&["nc"], |path| {
-                Ok(own_netcdf(path)?.is_some_and(|(schema, _)| schema == FIELD_SCHEMA))
-            }),
-            Format::Array => (&["npy"], has_own_sidecar),
-            Format::Table => (&["csv"], has_own_sidecar),
-        };
-        NewFile {
+        let of = |extensions, is_one| NewFile {
             word: "field of this program",
             extensions,
             is_one,
+        };
+        match self {
+            // Of a path with one of the others the format is another.
+            Format::Archive => of(&FieldFile::EXTENSIONS, is_field_file),
+            Format::NetCdf => of(&["nc"], |path| {
+                Ok(own_netcdf(path)?.is_some_and(|(schema, _)| schema == FIELD_SCHEMA))
+            }),
+            Format::Array => of(&["npy"], has_own_sidecar),
+            Format::Table => of(&["csv"], has_own_sidecar),
         }
     }
 

@@ -334,8 +334,9 @@ impl Record {
             Encoding::Plain(sample) => {
                 let to = self.encoding.sample().unwrap_or(sample);
                 let samples = Strided::new(0, vec![sample.bytes() as u64], self.order);
-                let block = [range.start as u64..range.end as u64];
-                let copied = samples.copy(data, &block, [sample, to], out);
+                let block = range.start as u64..range.end as u64;
+                let block = std::slice::from_ref(&block);
+                let copied = samples.copy(data, block, [sample, to], out);
                 copied.map_err(|found| damaged(self.at, "samples", found))?;
             }
             Encoding::Text | Encoding::Other(_) => {}
