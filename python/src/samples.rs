@@ -181,6 +181,7 @@ fn sample_of(array: &Bound<'_, PyUntypedArray>) -> PyResult<(Sample, ByteOrder)>
 
 /// Where samples come from: an array, or paths of files.
 #[derive(FromPyObject)]
+#[expect(clippy::large_enum_variant, reason = "a call has few")]
 pub enum Source {
     Memory(Samples),
     Files(Vec<PathBuf>),
