@@ -3,9 +3,11 @@
 //! Every operation rounds each lane like a scalar, and products are fused with sums in [`Lanes::fused`] alone,
 //! so all others give the same bits with all instruction sets.
 
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
 use std::ops::{Add, Div, Mul, Sub};
 
-use fearless_simd::{Fallback, Level, Simd, SimdBase, f64x8};
 use num_complex::Complex;
 
 /// Lanes of a block.
@@ -67,14 +69,11 @@ pub(crate) trait Number:
     /// `yes` where this is above 0, else `no`.
     fn choose(self, yes: Self, no: Self) -> Self;
 
-    /// By a function of single numbers and the place of each, of which the first is `at`.
-    fn at_each(self, at: usize, b: Self, c: Self, f: impl Fn(usize, f64, f64, f64) -> f64) -> Self;
-
     /// By a function of single numbers.
-    #[inline(always)]
-    fn map3(self, b: Self, c: Self, f: impl Fn(f64, f64, f64) -> f64) -> Self {
-        self.at_each(0, b, c, |_, a, b, c| f(a, b, c))
-    }
+    fn map3(self, b: Self, c: Self, f: impl Fn(f64, f64, f64) -> f64) -> Self;
+
+    /// The same, with the place of each number, of which the first is `at`.
+    fn at_each(self, at: usize, b: Self, c: Self, f: impl Fn(usize, f64, f64, f64) -> f64) -> Self;
 
     /// Itself where above 0, else 0.
     #[inline(always)]
@@ -95,26 +94,14 @@ pub(crate) trait Number:
 
 /// A block in registers.
 pub(crate) trait Lanes: Number {
+    fn load(block: &LaneBlock) -> Self;
+
+    fn store(self, block: &mut LaneBlock);
+
+    /// From numbers anywhere.
     fn read(from: &[f64; WIDTH]) -> Self;
 
     fn write(self, to: &mut [f64; WIDTH]);
-
-    #[inline(always)]
-    fn numbers(self) -> [f64; WIDTH] {
-        let mut numbers = [0.0; WIDTH];
-        self.write(&mut numbers);
-        numbers
-    }
-
-    #[inline(always)]
-    fn load(block: &LaneBlock) -> Self {
-        Self::read(&block.0)
-    }
-
-    #[inline(always)]
-    fn store(self, block: &mut LaneBlock) {
-        self.write(&mut block.0);
-    }
 
     /// Itself where less than `old`, else `old`; `old` also where this is NaN.
     fn least(self, old: Self) -> Self;
@@ -144,7 +131,9 @@ pub(crate) trait Lanes: Number {
     /// The sum of all lanes.
     #[inline(always)]
     fn sum(self) -> f64 {
-        let [a, b, c, d, e, f, g, h] = self.numbers();
+        let mut lanes = [0.0; WIDTH];
+        self.write(&mut lanes);
+        let [a, b, c, d, e, f, g, h] = lanes;
         ((a + e) + (b + f)) + ((c + g) + (d + h))
     }
 }
@@ -161,38 +150,19 @@ pub(crate) trait SimdKernel {
 /// Does the work with the widest registers there are.
 #[inline]
 pub(crate) fn widest<W: SimdKernel>(work: W) -> W::Output {
-    let level = Level::new();
     #[cfg(target_arch = "x86_64")]
     {
-        if let Some(found) = level.as_avx512() {
-            return with(found, work);
+        if std::arch::is_x86_feature_detected!("avx512f") {
+            // SAFETY: the feature that this needs was found just above.
+            return unsafe { x86::with_avx512(work) };
         }
-        if let Some(found) = level.as_avx2() {
-            return with(found, work);
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+        {
+            // SAFETY: the features that this needs were found just above.
+            return unsafe { x86::with_avx2(work) };
         }
     }
-    #[cfg(target_arch = "aarch64")]
-    if let Some(found) = level.as_neon() {
-        return with(found, work);
-    }
-    let _ = level;
-    with(Fallback::new(), work)
-}
-
-#[inline(always)]
-fn with<S: Simd, W: SimdKernel>(found: S, work: W) -> W::Output {
-    found.vectorize(
-        #[inline(always)]
-        || work.run::<f64x8<S>>(),
-    )
-}
-
-/// Says that the processor has the instructions of S.
-#[inline(always)]
-fn found<S: Simd>() -> S {
-    const { assert!(size_of::<S>() == 0) };
-    // SAFETY: of a type without size all is zero; lanes of S arise in [`widest`] alone, which has found the instructions.
-    unsafe { std::mem::zeroed() }
+    work.run::<Portable>()
 }
 
 impl Number for f64 {
@@ -212,96 +182,137 @@ impl Number for f64 {
     }
 
     #[inline(always)]
+    fn map3(self, b: f64, c: f64, f: impl Fn(f64, f64, f64) -> f64) -> f64 {
+        f(self, b, c)
+    }
+
+    #[inline(always)]
     fn at_each(self, at: usize, b: f64, c: f64, f: impl Fn(usize, f64, f64, f64) -> f64) -> f64 {
         f(at, self, b, c)
     }
 }
 
 /// Lanes for any processor.
-pub(crate) type Portable = f64x8<Fallback>;
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Portable([f64; WIDTH]);
 
-impl<S: Simd> Number for f64x8<S> {
+macro_rules! by_lane {
+    ($($operator:ident $method:ident)*) => {$(
+        impl $operator for Portable {
+            type Output = Portable;
+
+            #[inline(always)]
+            fn $method(self, other: Portable) -> Portable {
+                Portable(std::array::from_fn(|l| self.0[l].$method(other.0[l])))
+            }
+        }
+    )*};
+}
+by_lane!(Add add Sub sub Mul mul Div div);
+
+impl Number for Portable {
     #[inline(always)]
-    fn splat(value: f64) -> Self {
-        found::<S>().splat_f64x8(value)
+    fn splat(value: f64) -> Portable {
+        Portable([value; WIDTH])
     }
 
     #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.simd.sqrt_f64x8(self)
+    fn sqrt(self) -> Portable {
+        Portable(self.0.map(f64::sqrt))
     }
 
     #[inline(always)]
-    fn choose(self, yes: Self, no: Self) -> Self {
-        let above = self.simd.simd_gt_f64x8(self, Number::splat(0.0));
-        self.simd.select_f64x8(above, yes, no)
+    fn choose(self, yes: Portable, no: Portable) -> Portable {
+        Portable(std::array::from_fn(|l| self.0[l].choose(yes.0[l], no.0[l])))
     }
 
     #[inline(always)]
-    fn at_each(self, at: usize, b: Self, c: Self, f: impl Fn(usize, f64, f64, f64) -> f64) -> Self {
-        let [x, y, z] = [self, b, c].map(<[f64; WIDTH]>::from);
-        Self::load_array(
-            self.simd,
-            std::array::from_fn(|l| f(at + l, x[l], y[l], z[l])),
-        )
+    fn map3(self, b: Portable, c: Portable, f: impl Fn(f64, f64, f64) -> f64) -> Portable {
+        Portable(std::array::from_fn(|l| f(self.0[l], b.0[l], c.0[l])))
+    }
+
+    #[inline(always)]
+    fn at_each(
+        self,
+        at: usize,
+        b: Portable,
+        c: Portable,
+        f: impl Fn(usize, f64, f64, f64) -> f64,
+    ) -> Portable {
+        Portable(std::array::from_fn(|l| {
+            f(at + l, self.0[l], b.0[l], c.0[l])
+        }))
     }
 }
 
-impl<S: Simd> Lanes for f64x8<S> {
+impl Lanes for Portable {
     #[inline(always)]
-    fn read(from: &[f64; WIDTH]) -> Self {
-        Self::load_array_ref(found(), from)
+    fn load(block: &LaneBlock) -> Portable {
+        Portable(block.0)
+    }
+
+    #[inline(always)]
+    fn store(self, block: &mut LaneBlock) {
+        block.0 = self.0;
+    }
+
+    #[inline(always)]
+    fn read(from: &[f64; WIDTH]) -> Portable {
+        Portable(*from)
     }
 
     #[inline(always)]
     fn write(self, to: &mut [f64; WIDTH]) {
-        self.store_array(to);
+        *to = self.0;
     }
 
     #[inline(always)]
-    fn least(self, old: Self) -> Self {
-        let below = self.simd.simd_lt_f64x8(self, old);
-        self.simd.select_f64x8(below, self, old)
+    fn least(self, old: Portable) -> Portable {
+        self.map3(old, old, |new, old, _| if new < old { new } else { old })
     }
 
     #[inline(always)]
-    fn largest(self, old: Self) -> Self {
-        let above = self.simd.simd_gt_f64x8(self, old);
-        self.simd.select_f64x8(above, self, old)
+    fn largest(self, old: Portable) -> Portable {
+        self.map3(old, old, |new, old, _| if new > old { new } else { old })
     }
 
     #[inline(always)]
-    fn where_equal(self, other: Self, no: Self) -> Self {
-        let equal = self.simd.simd_eq_f64x8(self, other);
-        self.simd.select_f64x8(equal, self, no)
+    fn where_equal(self, other: Portable, no: Portable) -> Portable {
+        self.map3(other, no, |a, b, no| if a == b { a } else { no })
     }
 
     #[inline(always)]
-    fn take_left(self, before: Self) -> Self {
-        self.simd.slide_f64x8::<{ WIDTH - 1 }>(before, self)
+    fn take_left(self, before: Portable) -> Portable {
+        Portable(std::array::from_fn(|l| match l {
+            0 => before.0[WIDTH - 1],
+            _ => self.0[l - 1],
+        }))
     }
 
     #[inline(always)]
-    fn take_right(self, after: Self) -> Self {
-        self.simd.slide_f64x8::<1>(self, after)
+    fn take_right(self, after: Portable) -> Portable {
+        Portable(std::array::from_fn(|l| {
+            *self.0.get(l + 1).unwrap_or(&after.0[0])
+        }))
     }
 
     #[inline(always)]
     fn positive_mask(self) -> u8 {
-        let above = self.simd.simd_gt_f64x8(self, Number::splat(0.0));
-        self.simd.to_bitmask_mask64x8(above) as u8
+        let bit = |l: usize| u8::from(self.0[l] > 0.0) << l;
+        (0..WIDTH).fold(0, |mask, l| mask | bit(l))
     }
 
     #[inline(always)]
-    fn parts(from: &[Complex<f64>; WIDTH]) -> [Self; 2] {
-        let numbers: &[[f64; WIDTH]; 2] = bytemuck::cast_ref(from);
-        let [low, high] = numbers.each_ref().map(Self::read);
-        low.simd.deinterleave_f64x8(low, high).into()
+    fn parts(from: &[Complex<f64>; WIDTH]) -> [Portable; 2] {
+        [
+            Portable(std::array::from_fn(|l| from[l].re)),
+            Portable(std::array::from_fn(|l| from[l].im)),
+        ]
     }
 
     #[inline(always)]
-    fn fused(self, factor: Self, term: Self) -> Self {
-        self.simd.mul_add_f64x8(self, factor, term)
+    fn fused(self, factor: Portable, term: Portable) -> Portable {
+        self * factor + term
     }
 }
 
@@ -323,13 +334,16 @@ mod tests {
             ];
             let [a, b] = [L::load(&blocks[0]), L::read(&blocks[1].0)];
             let nan = L::splat(f64::NAN);
-            let [re, im] = L::parts(&std::array::from_fn(|l| {
-                Complex::new(blocks[0].0[l], blocks[1].0[l])
-            }));
+            let complex: [Complex<f64>; WIDTH] =
+                std::array::from_fn(|l| Complex::new(blocks[0].0[l], blocks[1].0[l]));
+            let [re, im] = L::parts(&complex);
             let results = [
                 re,
                 im,
-                (a + b) / (a - b) * b,
+                a + b,
+                a - b,
+                a * b,
+                a / b,
                 a.abs().sqrt(),
                 a.positive(),
                 a.choose(b, a),
@@ -346,11 +360,14 @@ mod tests {
                 a.map3(b, a, |a, b, c| a.mul_add(b, c)),
             ];
             let mut bits = vec![u64::from(a.positive_mask()), u64::from(b.positive_mask())];
-            bits.extend(
-                results
-                    .iter()
-                    .flat_map(|lanes| lanes.numbers().map(f64::to_bits)),
-            );
+            for lanes in results {
+                let mut block = LaneBlock::default();
+                lanes.store(&mut block);
+                bits.extend(block.0.map(f64::to_bits));
+                let mut numbers = [0.0; WIDTH];
+                lanes.write(&mut numbers);
+                bits.extend(numbers.map(f64::to_bits));
+            }
             bits
         }
     }
@@ -360,8 +377,10 @@ mod tests {
         let portable = Sample.run::<Portable>();
         assert_eq!(widest(Sample), portable);
         #[cfg(target_arch = "x86_64")]
-        if let Some(found) = Level::new().as_avx2() {
-            assert_eq!(with(found, Sample), portable);
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+        {
+            // SAFETY: the features were found just above.
+            assert_eq!(unsafe { x86::with_avx2(Sample) }, portable);
         }
     }
 }
