@@ -228,8 +228,8 @@ def flux(field: Any, *, progress: Progress = None, **options: Unpack[FluxOptions
     ----------
     **options
         Those of ``cascade flux``: ``mass_per_length`` (``"0.3kg/m"``, or of each site of a cell),
-        ``group_velocity`` or ``dispersion`` (``"c*k^2; c=0.5"``), ``towards`` as ``"both"``, ``"plus-x"`` or ``"minus-x"``,
-        ``bands``, ``gaps``, ``significance``, ``threads``, and how the
+        ``group_velocity`` or ``dispersion`` (``"c*k^2; c=0.5"``), ``towards`` as ``"both"``,
+        ``"plus-x"`` or ``"minus-x"``, ``bands``, ``gaps``, ``significance``, ``threads``, and how the
         field is read.
 
     Returns
