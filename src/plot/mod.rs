@@ -1,7 +1,7 @@
 //! Figures from results, as PNG and SVG; computes nothing.
 //!
 //! [`figures_of`] draws the figures of a [described](crate::sheet::Describe) result in a [`Style`], [`save_all`] writes
-//! them. [`own_chart`] serves charts of your own, drawn by [`plotters`].
+//! them. [`own_chart`](fn@own_chart) serves charts of your own, drawn by [`plotters`].
 
 mod axis;
 mod chart;
