@@ -125,6 +125,7 @@ impl Default for Reduction {
 
 impl Reduction {
     /// What of its samples a cell shows.
+    #[cfg(feature = "figures")]
     pub(crate) fn shows(self) -> &'static str {
         match self {
             Reduction::Max { .. } => "largest value",

@@ -19,8 +19,10 @@ use crate::field::Note;
 pub(crate) use chart::{BLACK, BLUE, GREEN, PURPLE, SKY, VERMILLION};
 pub use chart::{Band, Chart, Level, Look, Mark, Marker, PALETTE, Series, Weight, around, extent};
 pub use figure::{FigureLayout, PlotRow};
+#[cfg(feature = "figures")]
+pub(crate) use map::blocks_of;
 pub use map::{Colors, Curve, Map, MapAxis, Reduction, Role, magnitudes, ordinary};
-pub(crate) use map::{block_extremes, blocks_of, range};
+pub(crate) use map::{block_extremes, range};
 pub(crate) use units::Units;
 pub use words::{confidence, error_size, listed, name_of, number, percent, with_half, with_range};
 pub(crate) use words::{six_digits, three_digits, with_unit};
