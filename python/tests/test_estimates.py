@@ -53,7 +53,7 @@ CASES = [
     ("slope", {"band": (0.3, 2.5), "frames": 5, "dt": 0.1}),
     ("slope", {"along": "time", "band": (0.02, 0.4), "breaks": 0, "segment": 64}),
     ("flux", {"mass_per_length": 0.3, "bands": 4, "towards": "plus-x"}),
-    ("flux", {"mass_per_length": (1.0, 0.5), "bands": 2}),
+    ("flux", {"mass_per_length": [1.0, 0.5], "bands": 2}),
     ("ridges", {"segment": 64, "fit": "c*abs(k); c=1", "window_space": "none", "cut": "wavenumber"}),
 ]
 
