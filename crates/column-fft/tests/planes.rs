@@ -9,33 +9,12 @@ use column_fft::{
     ComplexToReal2d, ComplexToRealColumns, FftDirection, Filter2d, Real, RealToComplex2d,
     RealToComplexColumns, ShortTimeColumns, rows,
 };
-use common::{direct_sums, power};
+use common::{apart, direct_sums, double, noise, spectra};
 use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 use num_complex::Complex;
 
-fn noise<T: Real>(shape: (usize, usize), mut state: u64) -> Array2<T> {
-    Array2::from_shape_simple_fn(shape, || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        T::rounded((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
-    })
-}
-
-/// Root mean square difference, relative to the root mean square of the second.
-fn apart<T: Real>(
-    found: impl Iterator<Item = Complex<T>>,
-    truth: impl Iterator<Item = Complex<f64>>,
-) -> f64 {
-    let (off, all) = found.zip(truth).fold((0.0, 0.0), |(off, all), (f, t)| {
-        let f = Complex::new(f.re.to_f64(), f.im.to_f64());
-        (off + power(f - t), all + power(t))
-    });
-    (off / all).sqrt()
-}
-
-fn real<T: Real>(values: ArrayView2<T>) -> impl Iterator<Item = Complex<T>> {
-    values.into_iter().map(|&v| Complex::new(v, T::zero()))
+fn complex<T: Real>(values: ArrayView2<T>) -> Array2<Complex<T>> {
+    values.mapv(|v| Complex::new(v, T::zero()))
 }
 
 /// `sum v exp(i (k x - 2 pi f t))`, the double sum, angles reduced in whole numbers.
@@ -50,7 +29,7 @@ fn double_sum(values: &Array2<f64>, m: usize, q: usize) -> Complex<f64> {
 
 #[test]
 fn val_double_sums_over_time_and_space() {
-    for shape in [
+    let shapes = [
         (1, 1),
         (2, 3),
         (16, 12),
@@ -58,7 +37,8 @@ fn val_double_sums_over_time_and_space() {
         (13, 11),
         (24, 1),
         (1, 9),
-    ] {
+    ];
+    for shape in shapes {
         let values = noise::<f64>(shape, 5);
         let plan = RealToComplex2d::new(shape, FftDirection::Inverse).unwrap();
         let mut spectrum = Array2::default((plan.bins(), shape.1));
@@ -67,7 +47,7 @@ fn val_double_sums_over_time_and_space() {
         let truth = spectrum
             .indexed_iter()
             .map(|((m, q), _)| double_sum(&values, m, q));
-        let off = apart(spectrum.iter().copied(), truth);
+        let off = apart(&spectrum, truth);
         assert!(off < 1e-15, "{shape:?}: {off:e}");
     }
 }
@@ -80,13 +60,14 @@ fn returns<T: Real>(tolerance: f64) {
         plan.process_in_parallel(values.view(), spectrum.view_mut())
             .unwrap();
         let mut back = Array2::default(shape);
-        ComplexToReal2d::new(shape, FftDirection::Forward)
+        let inverse = ComplexToReal2d::new(shape, FftDirection::Forward)
             .unwrap()
-            .normalized()
+            .normalized();
+        inverse
             .process(spectrum.view_mut(), back.view_mut())
             .unwrap();
         let truth = values.iter().map(|v| Complex::from(v.to_f64()));
-        let off = apart(real(back.view()), truth);
+        let off = apart(&complex(back.view()), truth);
         assert!(off < tolerance, "{shape:?}: {off:e}");
         // By one thread: the same bits.
         let mut serial = Array2::default((plan.bins(), shape.1));
@@ -94,9 +75,6 @@ fn returns<T: Real>(tolerance: f64) {
         plan.process_in_parallel(values.view(), serial.view_mut())
             .unwrap();
         assert_eq!(serial, spectrum);
-        let inverse = ComplexToReal2d::new(shape, FftDirection::Forward)
-            .unwrap()
-            .normalized();
         let mut again = Array2::default(shape);
         inverse
             .process_in_parallel(spectrum.view_mut(), again.view_mut())
@@ -158,31 +136,23 @@ fn inverse_agrees<T: Real>(tolerance: f64) {
     for length in lengths {
         // Tiles that are full and not.
         let columns = 1 + length % 19;
-        let spectra = noise::<T>((length / 2 + 1, 2 * columns), 17);
-        let spectra = spectra.map_axis(Axis(0), |c| c.to_owned());
-        let spectra = Array2::from_shape_fn((length / 2 + 1, columns), |(m, c)| {
-            Complex::new(spectra[2 * c][m], spectra[2 * c + 1][m])
-        });
+        let [re, im] = [17, 18].map(|seed| noise::<T>((length / 2 + 1, columns), seed));
+        let spectra = Array2::from_shape_fn(re.dim(), |at| Complex::new(re[at], im[at]));
         let mut found = Array2::default((length, columns));
         let plan = ComplexToRealColumns::new(length).unwrap().normalized();
         plan.process_in_parallel(spectra.view(), found.view_mut())
             .unwrap();
         let theirs = rows::plan_fft_inverse::<f64>(length);
         for (c, column) in found.axis_iter(Axis(1)).enumerate() {
-            let mut spectrum: Vec<Complex<f64>> = spectra
-                .column(c)
-                .iter()
-                .map(|z| Complex::new(z.re.to_f64(), z.im.to_f64()))
-                .collect();
+            let mut spectrum = spectra.column(c).mapv(double).to_vec();
             spectrum[0].im = 0.0;
             if length % 2 == 0 {
                 spectrum[length / 2].im = 0.0;
             }
             let mut truth = vec![0.0; length];
             theirs.process(&mut spectrum, &mut truth).unwrap();
-            let found = column.iter().map(|&v| Complex::new(v, T::zero()));
             let truth = truth.iter().map(|v| Complex::from(v / length as f64));
-            let off = apart(found, truth);
+            let off = apart(&column.mapv(|v| Complex::new(v, T::zero())), truth);
             assert!(off < tolerance, "{length}, column {c}: {off:e}");
         }
     }
@@ -199,10 +169,7 @@ fn val_realfft_inverses() {
 fn inverses_of_any_number_of_threads_have_the_same_bits() {
     let (length, columns) = (360, 53);
     let values = noise::<f64>((length, columns), 23);
-    let plan = RealToComplexColumns::new(length).unwrap();
-    let mut spectra = Array2::default((plan.bins(), columns));
-    plan.process_in_parallel(values.view(), spectra.view_mut())
-        .unwrap();
+    let spectra = spectra(&RealToComplexColumns::new(length).unwrap(), values.view());
     let inverse = ComplexToRealColumns::new(length).unwrap().normalized();
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -222,23 +189,6 @@ fn inverses_of_any_number_of_threads_have_the_same_bits() {
     let one = spectra.slice(s![.., 40..41]);
     inverse.process_in_parallel(one, alone.view_mut()).unwrap();
     assert_eq!(alone.column(0), first.column(40));
-}
-
-#[test]
-fn columns_return_to_rounding() {
-    for length in [1, 2, 7, 48, 97, 480, 1009, 4096] {
-        let values = noise::<f64>((length, 11), 7);
-        let plan = RealToComplexColumns::<f64>::new(length).unwrap();
-        let mut spectra = Array2::default((plan.bins(), 11));
-        plan.process_in_parallel(values.view(), spectra.view_mut())
-            .unwrap();
-        let mut back = Array2::zeros((length, 11));
-        let inverse = ComplexToRealColumns::new(length).unwrap().normalized();
-        inverse.process(spectra.view(), back.view_mut()).unwrap();
-        let apart = values.iter().zip(&back).map(|(a, b)| (a - b).abs());
-        let apart = apart.fold(0.0, f64::max);
-        assert!(apart < 1.5e-15, "{length}: {apart:e}");
-    }
 }
 
 fn short_time_agrees<T: Real>(tolerance: f64) {
@@ -266,7 +216,7 @@ fn short_time_agrees<T: Real>(tolerance: f64) {
                     .map(|n| values[(s * hop + n, c)].to_f64() * window[n])
                     .collect();
                 let truth = direct_sums(&weighed, &bins);
-                let off = apart(segment.column(c).iter().copied(), truth.into_iter());
+                let off = apart(segment.column(c), truth);
                 assert!(off < tolerance, "{length} / {hop}, {s}, {c}: {off:e}");
             }
         }
@@ -294,10 +244,7 @@ fn weighed_bits<T: Real>() {
             let weighed = Array2::from_shape_fn((length, columns), |(n, c)| {
                 values[(7 * s + n, c)] * T::rounded(window[n])
             });
-            let mut expected = Array2::default((plan.bins(), columns));
-            let scratch = &mut plan.make_scratch(columns);
-            plan.process_with_scratch(weighed.view(), expected.view_mut(), scratch)
-                .unwrap();
+            let expected = spectra(&plan, weighed.view());
             assert_eq!(segment, expected, "{length} x {columns}");
         }
     }

@@ -1,8 +1,10 @@
-//! Sums by the definition, in twice the precision, to judge fast transforms by.
+//! Random columns, their transforms, and sums by the definition in twice the precision, to judge transforms by.
 
 // Each test uses a part of this.
 #![allow(dead_code)]
 
+use column_fft::{InstructionSet, Real, RealToComplexColumns};
+use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 
 /// Bins that are summed together.
@@ -14,6 +16,50 @@ const ANCHOR: usize = 256;
 /// `|z|^2`.
 pub fn power(z: Complex<f64>) -> f64 {
     z.re * z.re + z.im * z.im
+}
+
+/// Uniform in -1/2 .. 1/2.
+pub fn noise<T: Real>(shape: (usize, usize), mut state: u64) -> Array2<T> {
+    Array2::from_shape_simple_fn(shape, || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        T::rounded((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+    })
+}
+
+/// A plan of each instruction set that the processor has.
+pub fn plans<T: Real>(length: usize) -> impl Iterator<Item = RealToComplexColumns<T>> {
+    let sets = InstructionSet::available().into_iter();
+    sets.map(move |set| RealToComplexColumns::with_instruction_set(length, set).unwrap())
+}
+
+/// Spectra of columns, by buffers of exactly the size that is needed.
+pub fn spectra<T: Real>(
+    plan: &RealToComplexColumns<T>,
+    values: ArrayView2<T>,
+) -> Array2<Complex<T>> {
+    let columns = values.ncols();
+    let mut spectra = Array2::default((plan.bins(), columns));
+    plan.process_with_scratch(values, spectra.view_mut(), &mut plan.make_scratch(columns))
+        .unwrap();
+    spectra
+}
+
+pub fn double<T: Real>(z: Complex<T>) -> Complex<f64> {
+    Complex::new(z.re.to_f64(), z.im.to_f64())
+}
+
+/// Root mean square difference, relative to the root mean square of the second.
+pub fn apart<'a, T: Real>(
+    found: impl IntoIterator<Item = &'a Complex<T>>,
+    truth: impl IntoIterator<Item = Complex<f64>>,
+) -> f64 {
+    let pairs = found.into_iter().zip(truth);
+    let (off, all) = pairs.fold((0.0, 0.0), |(off, all), (f, t)| {
+        (off + power(double(*f) - t), all + power(t))
+    });
+    (off / all).sqrt()
 }
 
 /// `sum_n x_n exp(-2 pi i m n / N)` for each bin m, in double-double arithmetic, rounded once at the end.
