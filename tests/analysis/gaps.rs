@@ -3,12 +3,13 @@
 use std::f64::consts::TAU;
 
 use ndarray::{Array2, ArrayView2, Axis, concatenate, s};
-use test_support::estimate::{bicoherence, coherence, modes, seen, slope, spectrum};
+use test_support::estimate::{coherence, flat, modes, seen, slope, spectrum};
 use test_support::fields::{Congruential, asking, noise, option, red};
 use test_support::{lies, near, share, worst};
 use wavecascade::Field;
 use wavecascade::prepare::Gaps;
 
+use crate::identities::{assert_undefined, section};
 use crate::peers::{DT, compare, field, record};
 use crate::spectrum::coverage;
 
@@ -140,33 +141,24 @@ fn val_intervals_hold_as_often_as_they_say() {
 /// samples has a spectrum of three quarters, which no interval holds. A site without a sample has none.
 #[test]
 fn val_construction_filled_records_have_no_intervals() {
-    let made = |share: f64| {
-        let mut values = noise(2048, 4);
-        let missing = (2048.0 * share) as usize;
-        values.slice_mut(s![600..600 + missing, 1]).fill(f64::NAN);
-        if share > 0.05 {
-            values.column_mut(2).fill(f64::NAN);
-        }
-        field(values)
-    };
-    let (few, many) = (made(0.02), made(0.25));
+    let mut values = noise(2048, 4);
+    values.slice_mut(s![600..640, 1]).fill(f64::NAN);
+    let few = field(values.clone());
+    values.slice_mut(s![600..1112, 1]).fill(f64::NAN);
+    values.column_mut(2).fill(f64::NAN);
+    let many = field(values);
     for gaps in ["interpolate", "mask"] {
-        let words = |more: &str| format!("segment=128 overlap=64 gaps={gaps} {more}");
-        let of = |field| spectrum(&words(""), [field]).unwrap();
-        assert_eq!(of(&few).has_interval, [true; 4], "{gaps}");
-        let found = of(&many);
-        assert_eq!(found.has_interval, [true, false, false, true], "{gaps}");
-        assert!(found.low.column(1).iter().all(|v| v.is_nan()));
-        assert!(found.spectrum.column(2).iter().all(|v| v.is_nan()));
-        let [found, of_gaps] =
-            ["", "reference=1"].map(|more| coherence(&words(more), [&many]).unwrap());
-        assert!(found.level().is_some() && of_gaps.level().is_none());
-        assert!(found.coherence.column(1).iter().all(|v| v.is_nan()));
-        assert!(found.coherence.column(3).iter().all(|v| v.is_finite()));
-        let found = bicoherence(&words("site=1"), [&many]).unwrap();
-        assert!(found.map_level().is_none(), "{gaps}");
-        let found = modes(&words(""), [&many]).unwrap();
-        assert!(found.independence.is_transient(), "{gaps}");
+        let of = |words: &str, field| seen(&format!("{words} gaps={gaps}"), [field]).unwrap();
+        let spectra = of("spectrum segment=128 overlap=64", &few);
+        assert_eq!(flat(&spectra.numbers["without_interval"]), [0.0]);
+        for row in section("filled") {
+            let found = of(row[0], &many);
+            assert_undefined(&found, row[1]);
+            for name in row[2].split(' ') {
+                let is_stated = found.array(name).iter().skip(2).any(|v| v.is_finite());
+                assert!(is_stated, "{row:?} {name} {gaps}");
+            }
+        }
     }
 }
 

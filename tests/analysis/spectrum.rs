@@ -183,21 +183,6 @@ fn regress_a_transient_has_intervals_by_its_records_alone() {
     near(several.spectrum[[40, 1]] / (sum / 6.0), 1.0, 1e-12);
 }
 
-/// Sites that do not move have a spectrum of 0 and no interval; others are not disturbed.
-#[test]
-fn regress_still_sites() {
-    let mut noise = Noise(8);
-    let values = Array2::from_shape_fn((512, 4), |(_, j)| match j {
-        1 => 0.0,
-        2 => 3.0,
-        _ => noise.normal(),
-    });
-    let with = found("tapers=4:7", values);
-    assert!(with.spectrum.slice(s![.., 1..3]).iter().all(|s| *s < 1e-28));
-    assert!(with.degrees.column(1).iter().all(|d| d.is_nan()));
-    assert!(with.low.column(3).iter().skip(5).all(|s| *s > 0.0));
-}
-
 /// Along space, the estimate of the field with exchanged axes; its mean over the times has intervals that hold.
 #[test]
 fn val_mean_of_correlated_snapshots() {
