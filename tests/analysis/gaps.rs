@@ -1,281 +1,114 @@
-//! Averages that leave out segments with missing samples, against SciPy on segments picked by hand
-//! (`data/gaps.json`, made by `data/make_gaps.py`), and their intervals on noise.
+//! Averages that leave out segments with missing samples, against SciPy on segments picked by hand, and their intervals on noise.
 
 use std::f64::consts::TAU;
 
-use ndarray::{Array2, concatenate};
-use serde::Deserialize;
-use test_support::changed;
-use test_support::fields::{Congruential, asking, averaging, noise, option, stepped};
+use ndarray::{Array2, ArrayView2, Axis, concatenate, s};
+use test_support::estimate::{coherence, flat, modes, seen, slope, spectrum};
+use test_support::fields::{Congruential, asking, noise, option, red};
+use test_support::{lies, near, share, worst};
 use wavecascade::Field;
-use wavecascade::estimates::{
-    BicoherenceRequest, CoherenceRequest, ModesRequest, SpectrumAxis, SpectrumRequest, Tapers,
-    bicoherence, coherence, modes, slope, spectrum,
-};
-use wavecascade::observer::Silent;
 use wavecascade::prepare::Gaps;
 
-const DT: f64 = 0.25;
+use crate::identities::{assert_undefined, section};
+use crate::peers::{DT, compare, field, record};
+use crate::spectrum::coverage;
 
-fn generated(seed: u64, count: usize) -> Vec<f64> {
-    let mut random = Congruential(seed);
-    (0..count).map(|_| random.uniform()).collect()
-}
+const WELCH: &str = "segment=64 overlap=32 gaps=leave-out";
 
-fn field(values: Array2<f64>) -> Field {
-    stepped(values, DT, 1.0)
-}
-
-fn request(segment: usize, overlap: usize) -> SpectrumRequest {
-    SpectrumRequest {
-        averaging: averaging(segment, overlap),
-        gaps: Gaps::LeaveOut,
-        ..SpectrumRequest::default()
-    }
-}
-
-#[derive(Deserialize)]
-struct Welch {
-    segments: usize,
-    effective: f64,
-    spectrum: Option<Vec<f64>>,
-    low: Option<Vec<f64>>,
-    high: Option<Vec<f64>>,
-    jackknife: Option<Vec<f64>>,
-}
-
-#[derive(Deserialize)]
-struct WithSite1 {
-    segments: usize,
-    coherence: Vec<f64>,
-    level: f64,
-}
-
-#[derive(Deserialize)]
-struct Together {
-    segments: usize,
-    effective: f64,
-}
-
-#[derive(Deserialize)]
-struct Reference {
-    missing: [Vec<usize>; 4],
-    welch: [Welch; 4],
-    tapered: [Option<Vec<f64>>; 4],
-    coherence: [Option<WithSite1>; 4],
-    together: Together,
-}
-
-fn reference() -> Reference {
-    serde_json::from_str(include_str!("../data/gaps.json")).unwrap()
-}
-
-/// The records of `make_gaps.py`.
-fn with_gaps(reference: &Reference) -> Array2<f64> {
-    let common = generated(7, 600);
-    let records: Vec<Vec<f64>> = (1..5).map(|seed| generated(seed, 600)).collect();
-    let mut values = Array2::from_shape_fn((600, 4), |(n, j)| records[j][n] + common[n]);
-    for (j, missing) in reference.missing.iter().enumerate() {
-        missing.iter().for_each(|n| values[[*n, j]] = f64::NAN);
-    }
-    values
-}
-
-/// The largest relative difference of a column away from 0 and from the Nyquist frequency; all are NaN where
-/// nothing is expected.
-fn differs(found: &Array2<f64>, site: usize, expected: Option<&Vec<f64>>) -> f64 {
-    let column = found.column(site);
-    let Some(expected) = expected else {
-        return if column.iter().all(|v| v.is_nan()) {
-            0.0
-        } else {
-            1.0
-        };
-    };
-    let inside = 1..expected.len() - 1;
-    let one = |m: usize| (column[m] / expected[m] - 1.0).abs();
-    inside
-        .map(one)
-        .fold(0.0, |a: f64, b| if a > b { a } else { b })
+fn samples(field: &Field) -> Array2<f64> {
+    test_support::made::values(field)
 }
 
 #[test]
 fn val_scipy_segments_picked_by_hand() {
-    let reference = reference();
-    let field = field(with_gaps(&reference));
-    let found = spectrum(&[&field], &request(64, 32), &Silent).unwrap();
+    compare("scipy spectra of gaps");
+    let gaps = record("gaps 600 4");
+    let found = spectrum(WELCH, [&gaps]).unwrap();
     let left = found.segments_left.as_ref().unwrap();
     assert_eq!((left.of, left.incomplete(), left.empty()), (17, 3, vec![3]));
     assert_eq!(found.has_interval, [true, true, true, false]);
-    for (j, expected) in reference.welch.iter().enumerate() {
-        assert_eq!(left.left[j], expected.segments);
-        assert!((left.effective[j] - expected.effective).abs() < 1e-12);
-        for (what, array, expected) in [
-            ("spectrum", &found.spectrum, &expected.spectrum),
-            ("low", &found.low, &expected.low),
-            ("high", &found.high, &expected.high),
-            ("jackknife", &found.jackknife, &expected.jackknife),
-        ] {
-            // Jackknives are differences of logarithms that nearly cancel.
-            let error = differs(array, j, expected.as_ref());
-            assert!(error < 1e-9, "{what} {j}: {error:e}");
-        }
-    }
-    // Several tapers with equal weights.
-    let mut several = request(64, 32);
-    several.averaging.tapers = Tapers::Slepian { nw: 2.0, count: 3 };
-    several.is_adaptive = false;
-    let found = spectrum(&[&field], &several, &Silent).unwrap();
-    for (j, expected) in reference.tapered.iter().enumerate() {
-        let error = differs(&found.spectrum, j, expected.as_ref());
-        assert!(error < 1e-11, "tapered {j}: {error:e}");
-    }
     // Sites without gaps are what they are without the choice, to rounding; others are refused then.
-    let whole = field_of(&field, 0);
-    let usual = changed(request(64, 32), |it| it.gaps = Gaps::Refuse);
-    let usual = spectrum(&[&whole], &usual, &Silent).unwrap();
-    let chosen = spectrum(&[&whole], &request(64, 32), &Silent).unwrap();
+    let whole = field(samples(&gaps).select(Axis(1), &[0]));
+    let [usual, chosen] = ["refuse", "leave-out"].map(|gaps| {
+        let words = format!("segment=64 overlap=32 gaps={gaps}");
+        spectrum(&words, [&whole]).unwrap()
+    });
     assert_eq!(usual.spectrum, chosen.spectrum);
     // Degrees of freedom are summed in another order.
-    let degrees = usual.degrees.iter().zip(&chosen.degrees);
-    degrees.for_each(|(a, b)| assert!((a / b - 1.0).abs() < 1e-13 || a.is_nan() && b.is_nan()));
-}
-
-fn field_of(all: &Field, site: usize) -> Field {
-    let mut record = vec![0.0; all.n_times()];
-    all.read_site_major(0..all.n_times(), site..site + 1, &mut record);
-    field(Array2::from_shape_vec((record.len(), 1), record).unwrap())
+    let degrees = usual.degrees.iter().zip(&chosen.degrees).skip(1);
+    lies(worst(degrees.map(|(a, b)| (a / b - 1.0).abs())), 0.0..1e-13);
 }
 
 #[test]
 fn val_scipy_coherence_of_segments_that_both_sites_have() {
-    let reference = reference();
-    let field = field(with_gaps(&reference));
-    let request = CoherenceRequest {
-        reference: 1,
-        averaging: averaging(64, 32),
-        gaps: Gaps::LeaveOut,
-        ..CoherenceRequest::default()
-    };
-    let found = coherence(&[&field], &request, &Silent).unwrap();
-    let left = found.segments_left.as_ref().unwrap();
-    for (j, expected) in reference.coherence.iter().enumerate() {
-        let Some(expected) = expected else {
-            assert!(left.left[j] == 0 && found.coherence.column(j).iter().all(|v| v.is_nan()));
-            assert_eq!(found.level_at(j), None);
-            continue;
-        };
-        assert_eq!(left.left[j], expected.segments);
-        assert!((found.level_at(j).unwrap() / expected.level - 1.0).abs() < 1e-12);
-        let error = differs(&found.coherence, j, Some(&expected.coherence));
-        assert!(error < 1e-9, "{j}: {error:e}");
-    }
+    compare("scipy coherence of gaps");
+    let gaps = record("gaps 600 4");
+    let found = coherence(&format!("{WELCH} reference=1"), [&gaps]).unwrap();
     // Of the segments that it shares, a site has the spectrum of itself.
-    let alone = spectrum(&[&field], &super::gaps::request(64, 32), &Silent).unwrap();
-    let cells = found
-        .spectrum
-        .column(1)
-        .into_iter()
-        .zip(alone.spectrum.column(1));
-    cells.for_each(|(a, b)| assert!((a / b - 1.0).abs() < 1e-12));
+    let alone = spectrum(WELCH, [&gaps]).unwrap().spectrum;
+    let off = &found.spectrum.column(1) / &alone.column(1) - 1.0;
+    lies(worst(off.iter().map(|off| off.abs())), 0.0..1e-12);
+}
+
+/// The segments of which nothing is missing, one after another.
+fn kept(values: ArrayView2<f64>, segment: usize) -> Field {
+    let parts = values.exact_chunks((segment, values.ncols())).into_iter();
+    let whole = parts.filter(|part| part.iter().all(|v| v.is_finite()));
+    field(concatenate(Axis(0), &whole.collect::<Vec<_>>()).unwrap())
 }
 
 /// Without overlap, what is left is as good as a record of the segments that are left.
 #[test]
 fn val_estimates_of_several_sites_leave_out_what_any_of_them_misses() {
-    let reference = reference();
-    let values = with_gaps(&reference);
-    let three = values.slice(ndarray::s![.., ..3]).to_owned();
-    let kept = |segment: usize| {
-        let parts = three.exact_chunks((segment, 3)).into_iter();
-        let parts: Vec<_> = parts
-            .filter(|part| part.iter().all(|v| v.is_finite()))
-            .collect();
-        field(concatenate(ndarray::Axis(0), &parts).unwrap())
-    };
-    let given = field(three.clone());
-    let modes_request = |gaps| ModesRequest {
-        averaging: averaging(32, 0),
-        gaps,
-        ..ModesRequest::default()
-    };
-    let found = modes(&[&given], &modes_request(Gaps::LeaveOut), &Silent).unwrap();
-    let expected = modes(&[&kept(32)], &modes_request(Gaps::Refuse), &Silent).unwrap();
-    assert_eq!(found.independence.segments, 9);
-    assert_eq!(found.eigenvalues, expected.eigenvalues);
-
-    let of_three = |gaps| BicoherenceRequest {
-        site: 0,
-        output: Some(2),
-        averaging: averaging(32, 0),
-        gaps,
-        ..BicoherenceRequest::default()
-    };
-    let found = bicoherence(&[&given], &of_three(Gaps::LeaveOut), &Silent).unwrap();
-    let two = three.select(ndarray::Axis(1), &[0, 2]);
-    let parts = two.exact_chunks((32, 2)).into_iter();
-    let parts: Vec<_> = parts
-        .filter(|part| part.iter().all(|v| v.is_finite()))
-        .collect();
-    let whole = field(concatenate(ndarray::Axis(0), &parts).unwrap());
-    let of_two = changed(of_three(Gaps::Refuse), |it| it.output = Some(1));
-    let expected = bicoherence(&[&whole], &of_two, &Silent).unwrap();
-    assert_eq!(found.map.bicoherence, expected.map.bicoherence);
-    assert_eq!(found.independence.segments, parts.len());
-
     // Welch's sum over pairs of segments that are left.
-    let overlapping = ModesRequest {
-        averaging: averaging(64, 32),
-        ..modes_request(Gaps::LeaveOut)
-    };
-    let found = modes(&[&given], &overlapping, &Silent).unwrap();
-    assert_eq!(found.independence.segments, reference.together.segments);
-    assert!((found.independence.effective - reference.together.effective).abs() < 1e-12);
+    compare("gaps of any site");
+    let given = record("gaps 600 3");
+    let values = samples(&given);
+    let two = values.select(Axis(1), &[0, 2]);
+    for (words, expected, kept, array) in [
+        ("modes", "modes", kept(values.view(), 32), "eigenvalues"),
+        (
+            "bicoherence output=2",
+            "bicoherence output=1",
+            kept(two.view(), 32),
+            "bicoherence",
+        ),
+    ] {
+        let segments = "segment=32 overlap=0";
+        let found = seen(&format!("{words} {segments} gaps=leave-out"), [&given]).unwrap();
+        let expected = seen(&format!("{expected} {segments}"), [&kept]).unwrap();
+        for array in [array, "/independence/segments"] {
+            assert_eq!(found.array(array), expected.array(array));
+        }
+    }
 }
 
 #[test]
 fn nothing_left_is_an_error_and_so_is_what_cannot_leave_out() {
-    let reference = reference();
-    let all = field(with_gaps(&reference));
-    let last = field_of(&all, 3);
-    let error = spectrum(&[&last], &request(64, 32), &Silent).unwrap_err();
-    assert_eq!(option(error), "gaps");
-    let all_sites = ModesRequest {
-        averaging: averaging(64, 32),
-        gaps: Gaps::LeaveOut,
-        ..ModesRequest::default()
-    };
-    assert_eq!(
-        option(modes(&[&all], &all_sites, &Silent).unwrap_err()),
-        "gaps"
-    );
-    let steep = wavecascade::estimates::SlopeRequest {
-        gaps: Gaps::LeaveOut,
-        axis: wavecascade::estimates::FieldAxis::Time,
-        ..Default::default()
-    };
-    assert_eq!(option(slope(&[&all], &steep, &Silent).unwrap_err()), "gaps");
+    let all = record("gaps 600 4");
+    let last = field(samples(&all).select(Axis(1), &[3]));
     let whole = asking(|it| it.gaps = Gaps::LeaveOut);
-    assert_eq!(
-        option(wavecascade::analyze(&all, &whole).unwrap_err()),
-        "gaps"
-    );
+    for error in [
+        spectrum(WELCH, [&last]).err(),
+        modes(WELCH, [&all]).err(),
+        slope("axis=time gaps=leave-out", [&all]).err(),
+        wavecascade::analyze(&all, &whole).err(),
+    ] {
+        assert_eq!(option(error.unwrap()), "gaps");
+    }
     // Snapshots that miss a sample go from the mean over the times.
     let mut snapshots = noise(64, 32);
-    let full = snapshots.clone();
-    snapshots[[3, 5]] = f64::NAN;
-    let along = SpectrumRequest {
-        along: SpectrumAxis::Space,
-        is_whole: true,
-        ..request(32, 0)
-    };
-    let found = spectrum(&[&field(snapshots)], &along, &Silent).unwrap();
-    assert!(found.spectrum.column(3).iter().all(|v| v.is_nan()));
     let rest: Vec<usize> = (0..64).filter(|n| *n != 3).collect();
-    let rest = field(full.select(ndarray::Axis(0), &rest));
-    let expected = spectrum(&[&rest], &along, &Silent).unwrap();
-    let (found, expected) = (found.mean.unwrap(), expected.mean.unwrap());
-    assert_eq!(found.spectrum, expected.spectrum);
+    let rest = field(snapshots.select(Axis(0), &rest));
+    snapshots[[3, 5]] = f64::NAN;
+    let along = |field: &Field| {
+        let words = "along=space segment=32 overlap=0 whole gaps=leave-out";
+        spectrum(words, [field]).unwrap()
+    };
+    let (found, expected) = (along(&field(snapshots)), along(&rest));
+    assert!(found.spectrum.column(3).iter().all(|v| v.is_nan()));
+    let [found, expected] = [found, expected].map(|it| it.mean.unwrap().spectrum);
+    assert_eq!(found, expected);
 }
 
 /// Of noise with gaps at random, several of up to a fortieth of the record a site, 95 % of the intervals hold the
@@ -284,83 +117,48 @@ fn nothing_left_is_an_error_and_so_is_what_cannot_leave_out() {
 fn val_intervals_hold_as_often_as_they_say() {
     let (n_times, n_sites) = (4096, 64);
     let mut values = noise(n_times, n_sites);
-    let at = generated(11, 2 * 8 * n_sites);
-    for j in 0..n_sites {
+    let mut random = Congruential(11);
+    for (j, mut record) in values.columns_mut().into_iter().enumerate() {
         // From one gap to eight.
-        for i in 0..=j % 8 {
-            let [from, length] = [0, 1].map(|k| 0.5 * (at[2 * (8 * j + i) + k] + 1.0));
+        for _ in 0..=j % 8 {
+            let [from, length] = [0; 2].map(|_| 0.5 * (random.uniform() + 1.0));
             let from = (from * n_times as f64) as usize;
             let end = (from + 1 + (length * 100.0) as usize).min(n_times);
-            values.slice_mut(ndarray::s![from..end, j]).fill(f64::NAN);
+            record.slice_mut(s![from..end]).fill(f64::NAN);
         }
     }
-    let found = spectrum(&[&field(values)], &request(128, 64), &Silent).unwrap();
+    let words = "segment=128 overlap=64 gaps=leave-out";
+    let found = spectrum(words, [&field(values)]).unwrap();
     let left = found.segments_left.as_ref().unwrap();
     assert!(left.least_and_median()[0] < 45 && left.of == 63);
     // One-sided, of variance 1.
-    let truth = 2.0 * DT;
-    let mut held = [0, 0];
-    let mut cells = 0;
-    for (cell, s) in found.spectrum.slice(ndarray::s![2..64, ..]).indexed_iter() {
-        let cell = [cell.0 + 2, cell.1];
-        cells += 1;
-        held[0] += usize::from((found.low[cell]..found.high[cell]).contains(&truth));
-        held[1] += usize::from((truth / s).ln().abs() < found.jackknife[cell]);
-    }
-    let shares = held.map(|held| held as f64 / f64::from(cells));
-    assert!((shares[0] - 0.95).abs() < 0.008, "{shares:?}");
-    assert!((shares[1] - 0.95).abs() < 0.012, "{shares:?}");
+    let [held, by_jackknife] = coverage(&found, 2..64, |_| 2.0 * DT);
+    near(held, 0.95, 0.008);
+    near(by_jackknife, 0.95, 0.012);
 }
 
 /// Where more than a twentieth of the samples were filled, nothing is stated of chance: white noise without a quarter of its
 /// samples has a spectrum of three quarters, which no interval holds. A site without a sample has none.
 #[test]
 fn val_construction_filled_records_have_no_intervals() {
-    let values = |share: f64| {
-        let noise = noise(2048, 4);
-        Array2::from_shape_fn((2048, 4), |(n, j)| match j {
-            1 if (600..600 + (2048.0 * share) as usize).contains(&n) => f64::NAN,
-            2 if share > 0.05 => f64::NAN,
-            _ => noise[[n, j]],
-        })
-    };
-    for gaps in [Gaps::Interpolate, Gaps::Mask] {
-        let of = |share: f64| {
-            let request = changed(request(128, 64), |it| it.gaps = gaps);
-            spectrum(&[&field(values(share))], &request, &Silent).unwrap()
-        };
-        let (few, many) = (of(0.02), of(0.25));
-        assert!(few.has_interval.iter().all(|has| *has), "{gaps:?}");
-        assert_eq!(many.has_interval, [true, false, false, true], "{gaps:?}");
-        assert!(many.low.column(1).iter().all(|v| v.is_nan()));
-        assert!(many.spectrum.column(2).iter().all(|v| v.is_nan()));
-        let request = CoherenceRequest {
-            averaging: averaging(128, 64),
-            gaps,
-            ..CoherenceRequest::default()
-        };
-        let found = coherence(&[&field(values(0.25))], &request, &Silent).unwrap();
-        assert!(found.level().is_some(), "{gaps:?}");
-        assert!(found.coherence.column(1).iter().all(|v| v.is_nan()));
-        assert!(found.coherence.column(3).iter().all(|v| v.is_finite()));
-        let request = changed(request, |it| it.reference = 1);
-        let found = coherence(&[&field(values(0.25))], &request, &Silent).unwrap();
-        assert!(found.level().is_none(), "{gaps:?}");
-        let request = BicoherenceRequest {
-            site: 1,
-            averaging: averaging(128, 64),
-            gaps,
-            ..BicoherenceRequest::default()
-        };
-        let found = bicoherence(&[&field(values(0.25))], &request, &Silent).unwrap();
-        assert!(found.map_level().is_none(), "{gaps:?}");
-        let request = ModesRequest {
-            averaging: averaging(128, 64),
-            gaps,
-            ..ModesRequest::default()
-        };
-        let found = modes(&[&field(values(0.25))], &request, &Silent).unwrap();
-        assert!(found.independence.is_transient(), "{gaps:?}");
+    let mut values = noise(2048, 4);
+    values.slice_mut(s![600..640, 1]).fill(f64::NAN);
+    let few = field(values.clone());
+    values.slice_mut(s![600..1112, 1]).fill(f64::NAN);
+    values.column_mut(2).fill(f64::NAN);
+    let many = field(values);
+    for gaps in ["interpolate", "mask"] {
+        let of = |words: &str, field| seen(&format!("{words} gaps={gaps}"), [field]).unwrap();
+        let spectra = of("spectrum segment=128 overlap=64", &few);
+        assert_eq!(flat(&spectra.numbers["without_interval"]), [0.0]);
+        for row in section("filled") {
+            let found = of(row[0], &many);
+            assert_undefined(&found, row[1]);
+            for name in row[2].split(' ') {
+                let is_stated = found.array(name).iter().skip(2).any(|v| v.is_finite());
+                assert!(is_stated, "{row:?} {name} {gaps}");
+            }
+        }
     }
 }
 
@@ -368,60 +166,41 @@ fn val_construction_filled_records_have_no_intervals() {
 /// offset is none of it: unrelated records about 5 with gaps at the same times have nothing in common.
 #[test]
 fn val_theory_intervals_of_filled_spectra_hold_or_are_withheld() {
-    for (gaps, length, least) in [
-        (Gaps::Mask, 512, 0.1),
-        (Gaps::Mask, 128, 0.02),
-        (Gaps::Interpolate, 512, 0.4),
-        (Gaps::Interpolate, 128, 0.2),
+    let white = noise(6 * 4 * 9000, 1);
+    for (gaps, length, stated_of) in [
+        ("mask", 512, 0.1..0.5),
+        ("mask", 128, 0.02..0.5),
+        ("interpolate", 512, 0.4..1.0),
+        ("interpolate", 128, 0.2..1.0),
     ] {
-        let (mut within, mut stated, mut all) = (0.0, 0.0, 0.0);
+        let (mut held, mut stated) = (Vec::new(), Vec::new());
         for seed in 0..6 {
-            let white = noise(4 * 9000 * (seed + 1), 1);
-            let holes = generated(seed as u64, 8192 * 4);
-            let mut red = Array2::zeros((8192, 4));
-            for j in 0..4 {
-                let mut last = 0.0;
-                for n in 0..8692 {
-                    last = 0.95 * last + white[[(4 * seed + j) * 9000 + n, 0]];
-                    if n >= 500 {
-                        let is_missing = holes[4 * (n - 500) + j].abs() < 0.044;
-                        red[[n - 500, j]] = if is_missing { f64::NAN } else { 5.0 + last };
-                    }
-                }
-            }
-            let request = changed(request(length, length / 2), |it| it.gaps = gaps);
-            let found = spectrum(&[&field(red)], &request, &Silent).unwrap();
-            for (m, f) in found.bins.iter().enumerate().skip(2).take(length / 2 - 6) {
-                let [re, im] = [(TAU * f * DT).cos(), (TAU * f * DT).sin()];
-                let gain = (1.0 - 0.95 * re).powi(2) + (0.95 * im).powi(2);
-                let exact = 2.0 * DT / gain;
-                for j in 0..4 {
-                    let [low, high] = [found.low[[m, j]], found.high[[m, j]]];
-                    all += 1.0;
-                    stated += f64::from(u8::from(low.is_finite()));
-                    within += f64::from(u8::from(low < exact && exact < high));
+            let white =
+                Array2::from_shape_fn((8692, 4), |(n, j)| white[[9000 * (4 * seed + j) + n, 0]]);
+            let mut values = 5.0 + &red(white, 0.95).slice(s![500.., ..]);
+            let mut random = Congruential(seed as u64);
+            values.mapv_inplace(|v| match random.uniform().abs() < 0.044 {
+                true => f64::NAN,
+                false => v,
+            });
+            let words = format!("segment={length} overlap={} gaps={gaps}", length / 2);
+            let found = spectrum(&words, [&field(values)]).unwrap();
+            for m in 2..length / 2 - 4 {
+                let exact = 2.0 * DT / (1.9025 - 1.9 * (TAU * found.bins[m] * DT).cos());
+                for (low, high) in found.low.row(m).iter().zip(found.high.row(m)) {
+                    stated.push(low.is_finite());
+                    let is_held = *low < exact && exact < *high;
+                    held.extend(low.is_finite().then_some(is_held));
                 }
             }
         }
-        let (coverage, stated) = (within / stated, stated / all);
-        assert!(
-            (0.92..0.99).contains(&coverage),
-            "{gaps:?} {length}: {coverage}"
-        );
-        assert!(stated > least, "{gaps:?} {length}: {stated}");
-        assert!(stated < 0.5 || gaps != Gaps::Mask, "{stated}");
+        lies(share(held), 0.92..0.99);
+        lies(share(stated), stated_of);
     }
     let mut values = 5.0 + &noise(8192, 6);
     for start in [500, 1700, 2900, 4100, 5300, 6500] {
-        values
-            .slice_mut(ndarray::s![start..start + 40, ..])
-            .fill(f64::NAN);
+        values.slice_mut(s![start..start + 40, ..]).fill(f64::NAN);
     }
-    let request = CoherenceRequest {
-        gaps: Gaps::Mask,
-        averaging: averaging(256, 128),
-        ..CoherenceRequest::default()
-    };
-    let found = coherence(&[&field(values)], &request, &Silent).unwrap();
+    let found = coherence("segment=256 overlap=128 gaps=mask", [&field(values)]).unwrap();
     assert_eq!(found.coherent_sites().count(), 0);
 }

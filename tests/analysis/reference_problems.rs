@@ -2,46 +2,22 @@
 
 use std::f64::consts::PI;
 
-use test_support::changed;
-use wavecascade::field::Field;
+use test_support::estimate::flat;
+use test_support::made::values;
+use test_support::{changed, near};
 use wavecascade::reference::{Grid, GrowingHarmonic, LatticeImpact, WhiteNoise, bessel_j};
 
-const GRID: Grid = Grid {
-    n_times: 256,
-    n_sites: 48,
-    dt: 1.0 / 64.0,
-    dx: 0.5,
-};
-
-fn samples(field: &Field) -> Vec<f64> {
-    let (times, sites) = (field.n_times(), field.n_sites());
-    let mut values = vec![0.0; times * sites];
-    field.read_time_major(0..times, 0..sites, &mut values);
-    values
-}
-
-fn record(field: &Field, site: usize) -> Vec<f64> {
-    let mut values = vec![0.0; field.n_times()];
-    field.read_site_major(0..field.n_times(), site..site + 1, &mut values);
-    values
-}
+use crate::peers::data;
 
 /// Achieved: 1.5e-16.
 #[test]
 fn val_mpmath_bessel() {
-    let data: serde_json::Value =
-        serde_json::from_str(include_str!("../data/bessel.json")).unwrap();
-    let numbers = |value: &serde_json::Value| -> Vec<f64> {
-        let list = value.as_array().unwrap();
-        list.iter().map(|v| v.as_f64().unwrap()).collect()
-    };
-    let orders = numbers(&data["orders"]);
+    let data = data("bessel.json");
+    let orders = flat(&data["orders"]);
     for point in data["points"].as_array().unwrap() {
-        let x = point["x"].as_f64().unwrap();
-        let found = bessel_j(x, 401);
-        for (order, expected) in orders.iter().zip(numbers(&point["values"])) {
-            let error = found[*order as usize] - expected;
-            assert!(error.abs() < 3e-16, "J_{order}({x}): {error:e}");
+        let found = bessel_j(flat(&point["x"])[0], 401);
+        for (order, expected) in orders.iter().zip(flat(&point["values"])) {
+            near(found[*order as usize], expected, 3e-16);
         }
     }
 }
@@ -54,21 +30,15 @@ fn the_struck_lattice_disperses_as_its_equation_of_motion_says() {
         n_sites: 120,
         dt: 0.5,
     };
-    let field = impact.field();
-    let values = samples(&field);
+    let values = values(&impact.field());
     for n in [0, 1, 7, 80, 160] {
-        let t = field.time.at(n);
-        let row = &values[n * impact.n_sites..][..impact.n_sites];
-        let both_sides = |f: &dyn Fn(usize) -> f64| {
-            let right: f64 = (1..impact.n_sites).map(f).sum();
-            f(0) + 2.0 * right
-        };
+        let (t, row) = (impact.dt * n as f64, values.row(n));
+        let both_sides = |f: &dyn Fn(usize) -> f64| f(0) + 2.0 * (1..120).map(f).sum::<f64>();
         let squares = both_sides(&|j| row[j] * row[j]);
-        assert!((squares - 0.5 * (1.0 + bessel_j(4.0 * t, 1)[0])).abs() < 3e-15);
+        near(squares, 0.5 * (1.0 + bessel_j(4.0 * t, 1)[0]), 3e-15);
         for k in [0.0, 0.3, 1.0, 2.0, PI] {
             let transform = both_sides(&|j| row[j] * (k * j as f64).cos());
-            let error = transform - (2.0 * (0.5 * k).sin() * t).cos();
-            assert!(error.abs() < 2e-14, "{t} {k}: {error:e}");
+            near(transform, (2.0 * (0.5 * k).sin() * t).cos(), 2e-14);
         }
     }
 }
@@ -77,37 +47,46 @@ fn the_struck_lattice_disperses_as_its_equation_of_motion_says() {
 #[test]
 fn val_armstrong_a_growing_harmonic_keeps_its_energy() {
     let wave = changed(GrowingHarmonic::EXAMPLE, |it| it.noise = 0.0);
-    let field = wave.field();
+    let values = values(&wave.field());
     for site in [0, 40, 95] {
-        let energy: f64 = record(&field, site)
-            .iter()
-            .map(|v| v * v * wave.grid.dt)
-            .sum();
+        let record = values.column(site);
+        let energy = record.dot(&record) * wave.grid.dt;
         // What the harmonics have in common leaves 8e-6.
         let expected = 0.5 * wave.amplitude.powi(2) * wave.width * PI.sqrt();
-        let error = energy / expected - 1.0;
-        assert!(error.abs() < 1e-5, "{site}: {error:e}");
+        near(energy / expected, 1.0, 1e-5);
     }
 }
 
 #[test]
 fn noise_is_white_and_comes_from_its_seed() {
-    let noise = |seed| WhiteNoise {
-        grid: GRID,
-        deviation: 0.5,
-        seed,
+    let noise = |seed| {
+        let grid = Grid {
+            n_times: 256,
+            n_sites: 48,
+            dt: 1.0 / 64.0,
+            dx: 0.5,
+        };
+        let deviation = 0.5;
+        values(
+            &WhiteNoise {
+                grid,
+                deviation,
+                seed,
+            }
+            .field(),
+        )
     };
-    let values = samples(&noise(1).field());
-    assert_eq!(values, samples(&noise(1).field()));
-    assert_ne!(values, samples(&noise(2).field()));
+    let values = noise(1);
+    assert_eq!(values, noise(1));
+    assert_ne!(values, noise(2));
+    let values = values.as_slice().unwrap();
     let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let variance = values.iter().map(|v| v * v).sum::<f64>() / count;
-    let neighbours = values.windows(2).map(|v| v[0] * v[1]).sum::<f64>() / count;
     let sigmas = 4.0 / count.sqrt();
-    assert!(mean.abs() < 0.5 * sigmas);
-    assert!((variance / 0.25 - 1.0).abs() < 0.9 * sigmas);
-    assert!((neighbours / 0.25).abs() < sigmas);
+    near(values.iter().sum::<f64>() / count, 0.0, 0.5 * sigmas);
+    let variance = values.iter().map(|v| v * v).sum::<f64>() / count;
+    near(variance / 0.25, 1.0, 0.9 * sigmas);
+    let neighbours = values.windows(2).map(|v| v[0] * v[1]).sum::<f64>() / count;
+    near(neighbours / 0.25, 0.0, sigmas);
 }
 
 #[test]
@@ -119,10 +98,13 @@ fn the_shipped_field_is_the_struck_lattice() {
     };
     let file = include_bytes!("../../examples/data/lattice_impact.npy");
     let stored = file[128..].chunks_exact(4);
-    let exact = samples(&impact.field());
+    let exact = values(&impact.field());
     assert_eq!(stored.len(), exact.len());
     for (bytes, v) in stored.zip(exact) {
-        let v_stored = f64::from(f32::from_le_bytes(bytes.try_into().unwrap()));
-        assert!((v_stored - v).abs() < 3.1e-8);
+        near(
+            f32::from_le_bytes(bytes.try_into().unwrap()).into(),
+            v,
+            3.1e-8,
+        );
     }
 }

@@ -1,94 +1,68 @@
 //! Windows and Slepian sequences against SciPy; values and versions in `data/windows.json`,
 //! made by `data/make_windows.py`.
 
-use serde::Deserialize;
+use serde_json::Value;
+use test_support::estimate::flat;
+use test_support::{lies, near, worst};
 use wavecascade::prepare::{Window, slepian};
 
-#[derive(Deserialize)]
-struct Reference {
-    windows: Vec<Samples>,
-    gains: Vec<Gains>,
-    sequences: Vec<Sequence>,
+use crate::peers::data;
+
+/// The cases of a kind: name, number of samples, and what is known of them.
+fn cases(kind: &str) -> Vec<(String, usize, Value)> {
+    let all = data("windows.json");
+    let cases = all[kind].as_array().unwrap().iter().map(|case| {
+        let name = case["name"].as_str().unwrap_or_default();
+        (
+            name.into(),
+            case["n"].as_u64().unwrap() as usize,
+            case.clone(),
+        )
+    });
+    cases.collect()
 }
 
-#[derive(Deserialize)]
-struct Samples {
-    name: String,
-    n: usize,
-    samples: Vec<f64>,
-}
-
-#[derive(Deserialize)]
-struct Gains {
-    name: String,
-    n: usize,
-    coherent_gain: f64,
-    power_gain: f64,
-}
-
-#[derive(Deserialize)]
-struct Sequence {
-    n: usize,
-    nw: f64,
-    k: usize,
-    step: usize,
-    concentration: f64,
-    samples: Vec<f64>,
-}
-
-fn reference() -> Reference {
-    serde_json::from_str(include_str!("../data/windows.json")).unwrap()
-}
-
-fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+fn largest_difference(a: &[f64], b: &Value) -> f64 {
+    let b = flat(b);
     assert_eq!(a.len(), b.len());
-    a.iter()
-        .zip(b)
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, f64::max)
+    worst(a.iter().zip(b).map(|(a, b)| (a - b).abs()))
 }
 
 /// Achieved: 8e-16; kaiser:14 2e-15 and kaiser:120 1e-14 (exponents rounded, in both);
 /// dpss 4e-14, which is what SciPy's matrix entries of order n^2 leave it.
 #[test]
 fn val_scipy_window_samples() {
-    for case in reference().windows {
-        let window: Window = case.name.parse().unwrap();
-        let samples = window.samples(case.n);
-        let tolerance = match case.name.as_str() {
+    for (name, n, case) in cases("windows") {
+        let samples = name.parse::<Window>().unwrap().samples(n);
+        let tolerance = match &name[..] {
             "kaiser:120" => 2e-14,
             "kaiser:14" => 3e-15,
             "dpss:0.9" | "dpss:4" => 6e-14,
             _ => 2e-15,
         };
-        let error = largest_difference(&samples, &case.samples);
-        assert!(error < tolerance, "{} {}: {error:e}", case.name, case.n);
+        let error = largest_difference(&samples, &case["samples"]);
+        assert!(error < tolerance, "{name} {n}: {error:e}");
     }
 }
 
 /// Absolute. Achieved: 2e-14; dpss 1.5e-13, by SciPy's samples.
 #[test]
 fn val_scipy_window_gains() {
-    for case in reference().gains {
-        let window: Window = case.name.parse().unwrap();
-        let gains = window.gains(case.n);
-        let bandwidth = case.power_gain / case.coherent_gain.powi(2);
-        let tolerance = if case.name.starts_with("dpss") {
+    for (name, n, case) in cases("gains") {
+        let gains = name.parse::<Window>().unwrap().gains(n);
+        let tolerance = if name.starts_with("dpss") {
             3e-13
         } else {
             3e-14
         };
-        for (found, expected) in [
-            (gains.coherent_gain, case.coherent_gain),
-            (gains.power_gain, case.power_gain),
-            (gains.noise_bandwidth_bins, bandwidth),
-        ] {
-            assert!(
-                (found - expected).abs() < tolerance,
-                "{}: {found} against {expected}",
-                case.name
-            );
-        }
+        let [coherent, power] = ["coherent_gain", "power_gain"].map(|gain| flat(&case[gain])[0]);
+        near(gains.coherent_gain, coherent, tolerance);
+        near(gains.power_gain, power, tolerance);
+        near(
+            gains.noise_bandwidth_bins,
+            power / coherent.powi(2),
+            tolerance,
+        );
     }
 }
 
@@ -96,14 +70,14 @@ fn val_scipy_window_gains() {
 /// leave it no more.
 #[test]
 fn val_scipy_window_slepian_sequences() {
-    for case in reference().sequences {
-        let found = &slepian::sequences(case.n, case.nw, case.k + 1)[case.k];
-        let samples: Vec<f64> = found.samples.iter().copied().step_by(case.step).collect();
-        let tolerance = if case.n < 200 { 4e-15 } else { 4e-14 };
-        let error = largest_difference(&samples, &case.samples);
-        assert!(error < tolerance, "{} {}: {error:e}", case.n, case.k);
-        let shared = found.concentration - case.concentration;
-        assert!(shared.abs() < 3e-15, "{} {}: {shared:e}", case.n, case.k);
+    for (_, n, case) in cases("sequences") {
+        let [nw, concentration] = ["nw", "concentration"].map(|key| flat(&case[key])[0]);
+        let [k, step] = ["k", "step"].map(|key| case[key].as_u64().unwrap() as usize);
+        let found = &slepian::sequences(n, nw, k + 1)[k];
+        let samples: Vec<f64> = found.samples.iter().copied().step_by(step).collect();
+        let error = largest_difference(&samples, &case["samples"]);
+        lies(error, 0.0..if n < 200 { 4e-15 } else { 4e-14 });
+        near(found.concentration, concentration, 3e-15);
     }
 }
 
@@ -116,24 +90,18 @@ fn val_longdouble_window_dpss_keeps_its_digits_in_long_records() {
         (4.0, 0.35363991172182063, 0.2541249511324881),
     ] {
         let gains = Window::Dpss { time_bandwidth: nw }.gains(4096);
-        assert!((gains.coherent_gain / mean - 1.0).abs() < 1e-14);
-        assert!((gains.power_gain / square - 1.0).abs() < 1e-14);
+        near(gains.coherent_gain / mean, 1.0, 1e-14);
+        near(gains.power_gain / square, 1.0, 1e-14);
     }
 }
 
+/// As they are typed.
+const NAMES: &str =
+    "none hann hamming blackman-harris flat-top tukey:0.3 kaiser:8.6 kaiser:900 dpss:2.5";
+
 #[test]
 fn windows_are_symmetric_bit_for_bit_and_one_at_the_centre() {
-    for name in [
-        "none",
-        "hann",
-        "hamming",
-        "blackman-harris",
-        "flat-top",
-        "tukey:0.3",
-        "kaiser:8.6",
-        "kaiser:900",
-        "dpss:2.5",
-    ] {
+    for name in NAMES.split(' ') {
         let window: Window = name.parse().unwrap();
         for n in [8, 9, 64, 101, 1000, 4095] {
             let w = window.samples(n);
@@ -153,30 +121,16 @@ fn slepian_sequences_are_orthonormal() {
     let sequences = slepian::sequences(100_000, 4.0, 7);
     for (a, first) in sequences.iter().enumerate() {
         for (b, second) in sequences.iter().enumerate() {
-            let product: f64 = first
-                .samples
-                .iter()
-                .zip(&second.samples)
-                .map(|(u, v)| u * v)
-                .sum();
-            let expected = f64::from(u8::from(a == b));
-            assert!((product - expected).abs() < 1e-12, "{a} {b}: {product:e}");
+            let pairs = first.samples.iter().zip(&second.samples);
+            let product: f64 = pairs.map(|(u, v)| u * v).sum();
+            near(product, f64::from(u8::from(a == b)), 1e-12);
         }
     }
 }
 
 #[test]
 fn names_read_back_and_defaults_are_as_stated() {
-    for text in [
-        "none",
-        "hann",
-        "hamming",
-        "blackman-harris",
-        "flat-top",
-        "tukey:0.1",
-        "kaiser:8.6",
-        "dpss:2.5",
-    ] {
+    for text in NAMES.split(' ') {
         assert_eq!(text.parse::<Window>().unwrap().to_string(), text);
     }
     for (short, long) in [
@@ -198,8 +152,6 @@ fn what_is_no_window_is_refused_with_what_was_found() {
     ] {
         assert_eq!(text.parse::<Window>().unwrap_err().found, found);
     }
-    let dpss = Window::Dpss {
-        time_bandwidth: 4.0,
-    };
+    let dpss: Window = "dpss:4".parse().unwrap();
     assert!(dpss.validate(7).is_err() && dpss.validate(8).is_ok());
 }

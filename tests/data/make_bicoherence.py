@@ -4,7 +4,7 @@
 pybispectra 1.3.2 gives <X1 X2 X3*> of sums of frequencies; its normalisation (threenorm) is another, so the
 moments below are NumPy's direct sums, as is <X1 X2 X3*> of differences. stingray 2.3.2 has no bicoherence.
 
-Records: integers of a linear congruential generator, the same in tests/analysis/bicoherence.rs.
+Records: integers of a linear congruential generator, the same in tests/analysis/peers.rs.
 """
 
 import json

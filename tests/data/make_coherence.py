@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes coherence.json: spectra, coherence and phase of three records as SciPy 1.17 has them.
 
-Records: integers of a linear congruential generator, the same in tests/analysis/coherence.rs. Averages over
+Records: integers of a linear congruential generator, the same in tests/analysis/peers.rs. Averages over
 Slepian tapers are made of SciPy's `dpss` and NumPy's `rfft`, with equal weights.
 """
 

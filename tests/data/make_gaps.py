@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes gaps.json: spectra and coherence of records with gaps, of segments picked by hand, with SciPy 1.17.
 
-Records: integers of a linear congruential generator, the same in tests/analysis/gaps.rs, with missing samples at
+Records: integers of a linear congruential generator, the same in tests/analysis/peers.rs, with missing samples at
 the places below. A segment counts if none of its samples is missing; spectra and cross-spectra of single segments
 are SciPy's, their mean, the effective number (Welch 1967, eq. 12, over all pairs) and the jackknife NumPy's.
 """

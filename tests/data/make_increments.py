@@ -3,7 +3,7 @@
 
     pip install numpy==2.4.6 fluidsf==0.2.2
 
-Samples: integers of a linear congruential generator, summed, the same in tests/analysis/increments.rs.
+Samples: integers of a linear congruential generator, summed, the same in tests/analysis/peers.rs.
 """
 
 import json

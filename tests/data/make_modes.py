@@ -4,7 +4,7 @@
     pip install numpy==2.4.6 pyspod==2.0.0
 
 Records: two waves in noise, of integers of a linear congruential generator, the same in
-tests/analysis/modes.rs. `numpy`: singular values and vectors of the scaled realisations, by `numpy.linalg.svd`.
+tests/analysis/peers.rs. `numpy`: singular values and vectors of the scaled realisations, by `numpy.linalg.svd`.
 `pyspod`: `pyspod.spod.standard.Standard` with its window replaced by the Hann window of this program (its own is a
 symmetric Hamming window), scaled from its amplitudes to densities.
 """

@@ -1,6 +1,6 @@
 """Writes spacetime.json: space-time spectra by NumPy's transforms and SciPy's windows.
 
-Needs numpy and scipy. The fields are those of `analysis/spacetime.rs`: numbers of a linear congruential
+Needs numpy and scipy. The fields are those of `tests/analysis/peers.rs`: numbers of a linear congruential
 generator, row by row.
 """
 

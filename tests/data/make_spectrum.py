@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes spectrum.json: spectra with adaptive weights, their jackknife and the F-test, of three records.
 
-Records: integers of a linear congruential generator, the same in tests/analysis/spectrum.rs. References: nitime
+Records: integers of a linear congruential generator, the same in tests/analysis/peers.rs. References: nitime
 0.12 (`adaptive_weights`, `jackknifed_sdf_variance`), multitaper 1.2 (`ftest`), SciPy 1.17 (`welch`, `chi2`,
 `dpss`). nitime ends its iteration early, where the error depends on the scale of the samples; here it is made
 to go on. It does not iterate where the first two tapers are 150 dB below the peak by its count: null. Its jackknife estimates the variance of the samples anew without each taper, which moves it by up to a

@@ -140,3 +140,50 @@ pub fn noise(n_times: usize, n_sites: usize) -> Array2<f64> {
         (-2.0 * a.ln()).sqrt() * (std::f64::consts::TAU * b).cos()
     })
 }
+
+impl Congruential {
+    /// So many of [`Self::normal`].
+    pub fn normals(&mut self, count: usize) -> Vec<f64> {
+        (0..count).map(|_| self.normal()).collect()
+    }
+
+    /// A field of [`Self::normal`], row by row.
+    pub fn white(&mut self, n_times: usize, n_sites: usize) -> Array2<f64> {
+        Array2::from_shape_fn((n_times, n_sites), |_| self.normal())
+    }
+}
+
+/// Records that follow themselves: each sample has this share of the one before.
+pub fn red(mut values: Array2<f64>, memory: f64) -> Array2<f64> {
+    for mut record in values.columns_mut() {
+        let mut last = 0.0;
+        record.mapv_inplace(|v| {
+            last = memory * last + v;
+            last
+        });
+    }
+    values
+}
+
+/// Sums of neighbours with these weights, of the same variance.
+pub fn filtered(white: &[f64], weights: &[f64]) -> Vec<f64> {
+    let size = weights.iter().map(|w| w * w).sum::<f64>().sqrt();
+    let sum = |w: &[f64]| w.iter().zip(weights).map(|(a, b)| a * b).sum::<f64>() / size;
+    white.windows(weights.len()).map(sum).collect()
+}
+
+/// Weights of a band about this frequency in cycles a sample, as wide as a Gaussian of this deviation.
+pub fn band(frequency: f64, deviation: f64, reach: i32) -> Vec<f64> {
+    let tau = std::f64::consts::TAU;
+    let weight =
+        |m: f64| (-0.5 * (tau * deviation * m).powi(2)).exp() * (tau * frequency * m).cos();
+    (-reach..=reach).map(|m| weight(f64::from(m))).collect()
+}
+
+/// A pulse of this width in samples that passes site 0 at `start` and each further one so much later.
+pub fn passing(shape: (usize, usize), start: f64, later: f64, width: f64) -> Array2<f64> {
+    Array2::from_shape_fn(shape, |(n, j)| {
+        let t = (n as f64 - start - later * j as f64) / width;
+        (-t * t).exp()
+    })
+}
