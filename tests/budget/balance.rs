@@ -3,6 +3,7 @@
 
 use std::f64::consts::TAU;
 
+use num_complex::Complex;
 use rayon::prelude::*;
 use test_support::scenes::{largest, rows, sized, slope};
 use wavecascade::arrays::LargeArray;
@@ -59,23 +60,19 @@ fn val_simpson_the_low_band_inside_the_stepping() {
     let flow = found.frequency.unwrap();
     let (force, v) = (run.force.as_ref().unwrap(), &run.velocity);
     let bins = (flow.edge * end * (1.0 + 1e-9)) as usize;
+    let weight = |i: usize| match i % last {
+        0 => end / last as f64 / 3.0,
+        _ => end / last as f64 / 3.0 * 2.0 * (1 + i % 2) as f64,
+    };
+    let transform = |of: &dyn Fn(usize) -> f64, m: usize| {
+        let angle = |i: usize| TAU * (m * i) as f64 / last as f64;
+        let terms = (0..=last).map(|i| Complex::from_polar(weight(i) * of(i), angle(i)));
+        terms.sum::<Complex<f64>>()
+    };
     let low = (0..=bins).map(|m| {
-        let mut sums = [0.0; 4];
-        for i in 0..=last {
-            let weight = match i % last {
-                0 => 1.0,
-                _ => 2.0 * (1 + i % 2) as f64,
-            };
-            let weight = weight * end / last as f64 / 3.0;
-            let (sin, cos) = (TAU * (m * i) as f64 / last as f64).sin_cos();
-            let (force, speed) = (force[[i, 0]], 0.5 * (v[[i, 0]] + v[[i, 1]]));
-            let terms = [force * cos, force * sin, speed * cos, speed * sin];
-            sums.iter_mut()
-                .zip(terms)
-                .for_each(|(sum, term)| *sum += weight * term);
-        }
-        let power = sums[0] * sums[2] + sums[1] * sums[3];
-        power / end * if m == 0 { 1.0 } else { 2.0 }
+        let power = transform(&|i| force[[i, 0]], m).conj()
+            * transform(&|i| 0.5 * (v[[i, 0]] + v[[i, 1]]), m);
+        power.re / end * if m == 0 { 1.0 } else { 2.0 }
     });
     let (low, found) = (low.sum::<f64>(), flow.refined[0]);
     assert!((found.low - low).abs() < 1e-9, "{found:?} {low}");

@@ -133,6 +133,7 @@ fn val_convergence_of_clean_records() {
         assert!(budget.closure.identities.transfer_sum < 1e-13);
         apart(&measured.displacement, truth)
     });
+    println!("{errors:?}");
     // The t^{5/2} singularities of velocities at opening contacts limit the order of the cubics.
     let order = (errors[2] / errors[0]).log2() / 2.0;
     assert!((3.0..4.0).contains(&order), "{errors:?}");

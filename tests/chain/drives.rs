@@ -5,7 +5,7 @@ use std::fs;
 
 use num_complex::Complex;
 use test_support::place::Place;
-use test_support::scenes::{apart, data, largest, last, numbers, run};
+use test_support::scenes::{apart, data, largest, numbers, run};
 use wavecascade::Field;
 use wavecascade::chain::Waveform;
 use wavecascade::chain::scene::SceneSource;

@@ -69,7 +69,7 @@ fn val_identity_energies_balance_with_losses_drive_and_other_ends() {
         let run = run(&sized(&keys, 20));
         let (off, drift) = (imbalance(&run), run.report.energy_drift.unwrap());
         println!("{name}: {off:.2e}, drift {drift:.1e}");
-        assert!(off < 4e-11 && drift < 1e-11, "{name}: {off:e} {drift:e}");
+        assert!(off < 2e-11 && drift < 1e-11, "{name}: {off:e} {drift:e}");
     }
 }
 

@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use test_support::contains_all;
 use test_support::scenes::{
     apart, data, largest, last, near, numbers, parsed, rows, run, simulation,
 };
@@ -23,23 +22,20 @@ fn worst(keys: &str, samples: &[usize], expected: &[f64], parted: bool) -> f64 {
     // The last digits of positions far from 0 are coarser than those of the motion.
     let rounding = 1e-12 + 2e-15 * largest(&it.displacement);
     let mut worst = 0.0;
-    for (scheme, samples) in schemes
-        .iter()
-        .flat_map(|scheme| samples.iter().map(move |n| (scheme, n)))
-    {
-        (it.scheme, it.samples) = (*scheme, *samples);
-        let run = it.run(&Silent).unwrap();
-        let report = &run.report;
-        assert!(report.warnings.is_empty(), "{keys} {samples}: {report:?}");
-        let error = apart(last(&run), expected) / report.velocity_scale;
-        let stated = report.error.unwrap() + rounding;
-        let drift = report.energy_drift.unwrap_or(0.0);
-        println!("{scheme:?} {samples}: {error:.1e} {stated:.1e} {drift:.1e} {keys:?}");
-        near(error, 0.0, stated, keys);
-        near(drift, 0.0, 4.0 * rounding, keys);
-        let force = run.force.as_ref().unwrap();
-        assert!(!parted || largest(force.row(samples - 1)) == 0.0, "{keys}");
-        worst = largest([worst, error]);
+    for scheme in schemes {
+        for &samples in samples {
+            (it.scheme, it.samples) = (scheme, samples);
+            let run = it.run(&Silent).unwrap();
+            let report = &run.report;
+            assert!(report.warnings.is_empty(), "{keys} {samples}: {report:?}");
+            let error = apart(last(&run), expected) / report.velocity_scale;
+            near(error, 0.0, report.error.unwrap() + rounding, keys);
+            let drift = report.energy_drift.unwrap_or(0.0);
+            near(drift, 0.0, 4.0 * rounding, keys);
+            let force = run.force.as_ref().unwrap();
+            assert!(!parted || largest(force.row(samples - 1)) == 0.0, "{keys}");
+            worst = largest([worst, error]);
+        }
     }
     worst
 }
@@ -49,6 +45,7 @@ fn val_closed_form_motions() {
     for [name, keys, samples, expected, most] in rows(include_str!("known.txt")) {
         let samples: Vec<usize> = parsed(&samples).into_iter().map(|n| n as usize).collect();
         let worst = worst(&keys, &samples, &parsed(&expected), name.ends_with("apart"));
+        println!("{name}: {worst:.1e}");
         assert!(worst < most.parse().unwrap(), "{name}: {worst:e}");
     }
 }
@@ -104,30 +101,6 @@ fn val_order_of_every_scheme() {
         let slack = if keys.contains("drive") { 0.7 } else { 0.4 };
         assert!((found - order).abs() < slack, "{scheme}: {found}");
         assert!(work.is_nan() || work > order - 1.0, "{scheme}: {work}");
-    }
-}
-
-/// Steps beyond the limit of stability: of springs, and of Hertz contacts, whose frequency grows with the overlap.
-#[test]
-fn val_stability_an_unstable_step_is_told() {
-    let mut cases = vec![
-        "sites = 20\nstiffness_ratio = 1e6\nlaw = 'spring'\nscheme = 'velocity-verlet'\nstep = 20"
-            .into(),
-    ];
-    for scheme in ["velocity-verlet", "symplectic-4", "symplectic-6"] {
-        for kappa in [4.9272f64, 1e4] {
-            let step = 20.0 * kappa.powf(-1.0 / 3.0);
-            let keys = format!(
-                "sites = 40\nstiffness_ratio = {kappa}\nscheme = '{scheme}'\nstep = {step}"
-            );
-            cases.push(keys);
-        }
-    }
-    for keys in cases {
-        let error = simulation(&format!("end_time = 200.0\nsamples = 3\n{keys}")).run(&Silent);
-        let error = error.unwrap_err();
-        assert!(error.is_usage(), "{keys}: {error}");
-        contains_all(&error.to_string(), &["stability limit"]);
     }
 }
 
@@ -201,13 +174,4 @@ fn val_momentum_of_a_slow_push() {
         let off = (last(&run).sum() - impulse).abs() / (20.0 * largest);
         assert!(off < tolerance, "{tolerance:e}: {off:e}");
     }
-}
-
-/// A chain whose contacts hold less energy than at rest moves all the same.
-#[test]
-fn val_identity_energy_below_that_of_rest() {
-    let keys = "sites = 4\nlaw = 'spring'\nalpha = 3.0\nbeta = 1.5\nends = 'free'\nend_time = 20.0\nsamples = 16";
-    let report = run(&format!("{keys}\ndisplacements = [1, 0, 0, 0]")).report;
-    assert!(report.velocity_scale > 0.1, "{report:?}");
-    assert!(report.energy_drift.unwrap() < 1e-9, "{report:?}");
 }

@@ -6,7 +6,7 @@ use test_support::contains_all;
 use test_support::place::Place;
 use test_support::scenes::{apart, near, rows, run, simulation};
 use wavecascade::chain::scene::SceneSource;
-use wavecascade::chain::{ContactLaw, Jet, Law, Laws, RunWarning};
+use wavecascade::chain::{ContactLaw, Jet, Law, RunWarning};
 use wavecascade::observer::Silent;
 use wavecascade::report::RunFile;
 
@@ -15,7 +15,8 @@ fn val_same_force_laws_that_are_one_in_other_words() {
     for [name, both, one, other, most] in rows(include_str!("same.txt")) {
         let [a, b] = [one, other].map(|keys| run(&format!("samples = 65\n{both}\n{keys}")));
         let off = apart(&a.velocity, &b.velocity);
-        let scale = a.report.velocity_scale;
+        let (scale, drift) = (a.report.velocity_scale, a.report.energy_drift.unwrap());
+        assert!(drift < 1e-7 && scale > 0.0, "{name}: {drift:e} {scale}");
         let stated = [&a, &b].map(|run| run.report.error.unwrap_or(0.0) * scale);
         let most = match most.as_str() {
             "stated" => stated[0] + stated[1],
@@ -113,54 +114,6 @@ fn motions_that_run_away_are_refused() {
             &["contact ", "overlap"],
         );
     }
-}
-
-fn laws(keys: &str) -> Laws {
-    simulation(&format!("sites = 12\nend_time = 5.0\n{keys}"))
-        .chain
-        .law
-}
-
-#[test]
-fn scenes_name_laws() {
-    for (keys, law) in [
-        ("", Law::Hertz),
-        ("law = 'power'\nexponent = 1", Law::Power { exponent: 1.0 }),
-        (
-            "law = 'two-sided power'\nexponent = 2.5",
-            Law::two_sided_power(2.5),
-        ),
-        ("law = 'toda'\nsteepness = 0.5", Law::toda(0.5)),
-        (
-            "law = 'polynomial 1 -0.3 0.05'",
-            Law::polynomial(vec![1.0, -0.3, 0.05]),
-        ),
-        (
-            "law = 'spring'\nbeta = 0.5",
-            Law::parse("spring beta=0.5").unwrap(),
-        ),
-        (
-            "law = 'one-sided spring'\nbeta = 0.5",
-            Law::parse("one-sided spring beta=0.5").unwrap(),
-        ),
-        (
-            "law = 'd - alpha*d^2'\nalpha = 0.3",
-            Law::expression("d - alpha*d^2; alpha=0.3").unwrap(),
-        ),
-        (
-            "law = 'table -1 -2, 0 0, 2 1'",
-            Law::table(vec![-1.0, 0.0, 2.0], vec![-2.0, 0.0, 1.0]).unwrap(),
-        ),
-    ] {
-        for keys in [keys, &format!("law = '{}'", law.text())] {
-            assert_eq!(laws(keys).only(), Some(&law), "{keys}");
-        }
-    }
-    let cell = laws("laws = [\"d - 0.1*d^3\", \"hertz\"]\nends = \"fixed\"");
-    assert_eq!([cell.of(3), cell.before_first()], [&Law::Hertz; 2]);
-    assert_eq!(cell.text(), "d - 0.1*d^3 | hertz");
-    let own = laws("law = \"spring\"\n[[defect]]\ncontact = 5\nlaw = \"hertz\"");
-    assert_eq!((own.of(5), own.of(4) == &Law::Hertz), (&Law::Hertz, false));
 }
 
 /// A measured law in a table beside the scene, in units of the laboratory; the run holds its values and no file's name.

@@ -153,18 +153,37 @@ fn units_are_read_as_they_are_written() {
 
 #[test]
 fn patterns_follow_one_another() {
+    let five = |keys: &str| simulation(&format!("end_time = 1.0\n{}", sized(keys, 5)));
     for [keys, facts] in rows(include_str!("scenes.txt")) {
-        let it = simulation(&format!("end_time = 1.0\n{}", sized(&keys, 5)));
-        for fact in facts.split(';') {
-            let (what, known) = fact.trim().split_once(' ').unwrap();
+        let it = five(&keys);
+        for fact in facts.split(" & ") {
+            let (what, known) = fact.split_once(' ').unwrap();
             let found = match (what, it.chain.ends) {
-                ("mass", _) => &it.chain.mass,
-                ("coefficient", _) => &it.chain.coefficient,
-                ("velocity", _) => &it.velocity,
-                ("left", Ends::Fixed { left_coefficient }) => &vec![left_coefficient],
+                ("mass", _) => it.chain.mass.clone(),
+                ("coefficient", _) => it.chain.coefficient.clone(),
+                ("velocity", _) => it.velocity.clone(),
+                ("left", Ends::Fixed { left_coefficient }) => vec![left_coefficient],
+                ("frequencies", _) => {
+                    let modes = it.chain.normal_modes().unwrap();
+                    modes.frequency[modes.free..].to_vec()
+                }
+                ("law", _) => {
+                    let law = it.chain.law.only().unwrap();
+                    assert_eq!(law, &Law::parse(known).unwrap(), "{keys}");
+                    let again = five(&format!("law = '{}'", law.text())).chain.law;
+                    assert_eq!(again.only(), Some(law), "{keys}");
+                    continue;
+                }
                 _ => panic!("{fact}"),
             };
-            assert!(apart(found, parsed(known)) < 1e-15, "{keys}: {found:?}");
+            let off = apart(&found, parsed(known));
+            assert!(off < 2e-15, "{keys}: {found:?}");
         }
     }
+    let law = |keys: &str| five(keys).chain.law;
+    let cell = law("laws = [\"d - 0.1*d^3\", \"hertz\"]\nends = \"fixed\"");
+    assert_eq!([cell.of(3), cell.before_first()], [&Law::Hertz; 2]);
+    assert_eq!(cell.text(), "d - 0.1*d^3 | hertz");
+    let own = law("law = \"spring\"\n[[defect]]\ncontact = 2\nlaw = \"hertz\"");
+    assert_eq!((own.of(2), own.of(1) == &Law::Hertz), (&Law::Hertz, false));
 }

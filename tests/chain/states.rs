@@ -8,53 +8,6 @@ use wavecascade::chain::scene::SceneSource;
 use wavecascade::observer::Silent;
 use wavecascade::report::RunFile;
 
-/// Frequencies of uniform chains with every end, and of a compressed ring of two masses.
-#[test]
-fn val_closed_form_frequencies_of_modes() {
-    let n = 32;
-    let known = |frequency: &dyn Fn(f64) -> Vec<f64>, from: usize, to: usize| {
-        let each = (from..=to).flat_map(|k| frequency(k as f64));
-        let mut all: Vec<f64> = each.collect();
-        all.sort_by(f64::total_cmp);
-        all
-    };
-    let springs = |angle: f64| 2.0 * (0.5 * angle).sin();
-    let sites = n as f64;
-    let fixed = known(&|k| vec![springs(PI * k / (sites + 1.0))], 1, n);
-    let free = known(&|k| vec![springs(PI * k / sites)], 1, n - 1);
-    let wall = known(&|k| vec![springs(PI * (k - 0.5) / (sites + 0.5))], 1, n);
-    let ring = known(
-        &|k| vec![springs(2.0 * PI * ((k + 1.0) / 2.0).floor() / sites)],
-        1,
-        n - 1,
-    );
-    // Masses 1 and 3 on the stiffness 1.5 F0^(1/3).
-    let two = |k: f64| {
-        let (sum, half) = (1.0 + 1.0 / 3.0, (2.0 * PI * k / sites).sin());
-        let root = (sum * sum - 4.0 / 3.0 * half * half).sqrt();
-        let squares = [sum - root, sum + root].into_iter();
-        let all = squares.map(|square: f64| (1.5 * 0.3f64.cbrt() * square.max(0.0)).sqrt());
-        all.collect()
-    };
-    let two = known(&two, 0, n / 2 - 1)[1..].to_vec();
-    for (ends, free, known, keys) in [
-        ("fixed", 0, fixed, "law = 'spring'\nalpha = 0.25"),
-        ("free", 1, free, "law = 'spring'\nalpha = 0.25"),
-        ("wall", 0, wall, "law = 'spring'\nalpha = 0.25"),
-        ("periodic", 1, ring, "law = 'spring'\nalpha = 0.25"),
-        ("periodic", 1, two, "precompression = 0.3\nmass_ratio = 3"),
-    ] {
-        let keys = format!("sites = {n}\nends = '{ends}'\nend_time = 1.0\n{keys}");
-        let modes = simulation(&keys).chain.normal_modes().unwrap();
-        assert_eq!(modes.free, free, "{keys}");
-        let ratios = modes.frequency[free..]
-            .iter()
-            .zip(&known)
-            .map(|(w, known)| w / known);
-        assert!(apart(ratios, vec![1.0; known.len()]) < 2e-12, "{keys}");
-    }
-}
-
 /// Modes of a disordered linear chain keep their energies, and start with those stated.
 #[test]
 fn val_closed_form_modes_of_a_linear_chain() {
