@@ -63,7 +63,7 @@ fn val_double_double_three_bodies_collide() {
         let touching = format!("{keys}tolerance = 1e-12\nend_time = 30");
         let flying = format!("{keys}displacements = [-33.3, 0, 0]\nend_time = 63.3");
         assert!(worst(&touching, &[2], &expected, true) < 1e-14);
-        assert!(worst(&flying, &SAMPLES, &expected, true) < 2e-9);
+        assert!(worst(&flying, &SAMPLES, &expected, true) < 1e-12);
     }
 }
 
