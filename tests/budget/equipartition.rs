@@ -2,36 +2,33 @@
 
 use std::f64::consts::PI;
 
-use serde_json::Value;
+use ndarray::Array2;
+use test_support::changed;
+use test_support::scenes::{apart, data, numbers, run};
 use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{BudgetRequest, ModeBudget, Motion, Views, budget};
 use wavecascade::chain::Run;
-use wavecascade::chain::scene::SceneSource;
-use wavecascade::observer::Silent;
 
-fn run(text: &str) -> Run {
-    let setup = SceneSource::new(None, text).setup().unwrap();
-    setup.simulation.run(&Silent).unwrap()
-}
+use crate::budget_of;
 
-fn modes_of(run: &Run) -> (ModeBudget, ndarray::Array2<f64>) {
-    let request = BudgetRequest {
-        views: Views {
-            wavenumber: false,
-            frequency: false,
+/// A request of these views.
+fn views(wavenumber: bool, frequency: bool) -> BudgetRequest {
+    changed(BudgetRequest::default(), |it| {
+        it.views = Views {
+            wavenumber,
+            frequency,
             scale: false,
-        },
-        normal_modes: true,
-        ..BudgetRequest::default()
-    };
-    let (found, arrays) = budget(&Motion::of(run).unwrap(), &request).unwrap();
-    let energies = arrays.get(&LargeArray::MODE_ENERGY).unwrap().clone();
-    (found.modes.unwrap(), energies)
+        }
+    })
 }
 
-fn numbers(value: &Value) -> Vec<f64> {
-    let values = value.as_array().unwrap().iter();
-    values.map(|value| value.as_f64().unwrap()).collect()
+fn modes_of(run: &Run) -> (ModeBudget, Array2<f64>) {
+    let request = changed(views(false, false), |it| it.normal_modes = true);
+    let (found, arrays) = budget_of(run, &request);
+    (
+        found.modes.unwrap(),
+        arrays[&LargeArray::MODE_ENERGY].clone(),
+    )
 }
 
 /// Modes of a linear dimer with free ends keep their energies, and the entropy of six of them is ln 6.
@@ -42,92 +39,71 @@ fn val_closed_form_linear_chain() {
                    mode_energy = 0.5\nend_time = 80.0\nsamples = 30\ntolerance = 1e-11\nseed = 2\n",
     );
     let (found, energies) = modes_of(&run);
-    assert_eq!(energies.dim(), (30, 19));
-    for i in 0..30 {
-        for k in 0..19 {
-            let known = if (1..7).contains(&k) { 0.5 } else { 0.0 };
-            let off = (energies[[i, k]] - known).abs();
-            assert!(off < 1e-10, "{i} {k}: {off:e}");
-        }
-        assert!((found.entropy[i] - 6f64.ln()).abs() < 1e-9, "{i}");
-        assert!((found.normalized_entropy[i] - 1.0).abs() < 1e-9, "{i}");
-        assert!((found.energy[i] - 3.0).abs() < 1e-10, "{i}");
-    }
+    let known = |(_, k): (usize, usize)| if (1..7).contains(&k) { 0.5 } else { 0.0 };
+    assert!(apart(&energies, &Array2::from_shape_fn((30, 19), known)) < 1e-10);
+    assert!(apart(&found.entropy, [6f64.ln(); 30]) < 1e-9);
+    assert!(apart(&found.normalized_entropy, [1.0; 30]) < 1e-9);
+    assert!(apart(&found.energy, [3.0; 30]) < 1e-10);
     assert_eq!(found.equipartition, None);
     let known: f64 = (2..=19).map(|k| 1.0 / f64::from(k)).sum();
     assert!((found.equilibrium - known).abs() < 1e-15);
 }
 
-const FPUT: &str = "sites = 31\nlaw = \"spring\"\nalpha = 0.25\nends = \"fixed\"\nmode = 1\nmode_amplitude = 1.0\nrecord = [\"displacement\"]\n";
-
-#[test]
-fn val_scipy_fput() {
-    let text = std::fs::read_to_string("tests/data/fput.json").unwrap();
-    let known: Value = serde_json::from_str(&text).unwrap();
-    let period = known["period"].as_f64().unwrap();
+/// FPUT's chain over 180 periods of its first mode, four samples in each, and the sample after a hundred at which that mode has most
+/// of the energy.
+fn fput(period: f64, steps: &str) -> (ModeBudget, Array2<f64>, usize) {
     let run = run(&format!(
-        "{FPUT}end_time = {:?}\nsamples = 721\ntolerance = 1e-11\n",
+        "sites = 31\nlaw = 'spring'\nalpha = 0.25\nends = 'fixed'\nmode = 1\nmode_amplitude = 1.0\nrecord = ['displacement']\n\
+         samples = 721\nend_time = {:?}\n{steps}",
         180.0 * period
     ));
     let (found, energies) = modes_of(&run);
+    let share = |i: usize| energies[[i, 0]] / found.energy[i];
+    let back = (401..721).max_by(|a, b| share(*a).total_cmp(&share(*b)));
+    (found, energies, back.unwrap())
+}
+
+#[test]
+fn val_scipy_fput() {
+    let known = data("fput.json");
+    let period = known["period"].as_f64().unwrap();
+    let (found, energies, back) = fput(period, "tolerance = 1e-11");
     assert!((2.0 * PI / found.frequency[0] / period - 1.0).abs() < 1e-12);
-    let first = found.energy[0];
-    for (place, i) in known["samples"].as_array().unwrap().iter().enumerate() {
-        let i = i.as_u64().unwrap() as usize;
-        for (k, energy) in numbers(&known["energies"][place]).iter().enumerate() {
-            let off = (energies[[i, k]] - energy).abs() / first;
-            assert!(off < 3e-9, "{i} {k}: {off:e}");
-        }
+    for (place, i) in numbers(&known["samples"]).into_iter().enumerate() {
+        let i = i as usize;
+        let lowest = numbers(&known["energies"][place]);
+        let off = apart(energies.row(i).iter().take(lowest.len()), &lowest) / found.energy[0];
+        assert!(off < 3e-9, "{i}: {off:e}");
         let entropy = known["entropy"][place].as_f64().unwrap();
-        assert!(
-            (found.entropy[i] - entropy).abs() < 3e-8,
-            "{i}: {} {entropy}",
-            found.entropy[i]
-        );
+        assert!((found.entropy[i] - entropy).abs() < 3e-8, "{i}: {entropy}");
     }
     // Mode 1 has 98.1 % of the energy again after 146.75 of its periods.
     let at = known["recurrence"].as_f64().unwrap();
-    assert_eq!(recurrence(&energies, &found), (4.0 * at) as usize);
+    assert_eq!(back, (4.0 * at) as usize);
     assert!(found.equipartition.is_none());
-}
-
-/// The sample after a hundred periods at which mode 1 has most of the energy.
-fn recurrence(energies: &ndarray::Array2<f64>, found: &ModeBudget) -> usize {
-    let share = |i: usize| energies[[i, 0]] / found.energy[i];
-    let late = 401..found.energy.len();
-    late.max_by(|a, b| share(*a).total_cmp(&share(*b))).unwrap()
 }
 
 /// With the step of the first computation, dt^2 = 1/8, it comes back after its 157 periods: the step adds an eighth
 /// to the frequencies' third powers, so that recurrences come 7 % later than in the chain itself.
 #[test]
 fn val_published_fput_recurrence() {
-    let period = PI / (PI / 64.0).sin();
-    let run = run(&format!(
-        "{FPUT}end_time = {:?}\nsamples = 721\nscheme = \"velocity-verlet\"\nstep = {:?}\n",
-        180.0 * period,
-        0.125f64.sqrt()
-    ));
-    let (found, energies) = modes_of(&run);
-    let at = recurrence(&energies, &found) as f64 / 4.0;
-    println!("{at}");
-    assert!((at - 157.0).abs() < 1.0, "{at}");
+    let steps = format!("scheme = 'velocity-verlet'\nstep = {:?}", 0.125f64.sqrt());
+    let (_, _, back) = fput(PI / (PI / 64.0).sin(), &steps);
+    assert!((back as f64 / 4.0 - 157.0).abs() < 1.0, "{back}");
 }
 
 /// Modes that share evenly from the start reach no equilibrium later, and a driven chain has none.
 #[test]
 fn equilibrium_is_told_of_chains_that_start_below_it_and_are_not_driven() {
-    let text = "sites = 12\nlaw = \"spring\"\nends = \"free\"\nend_time = 20.0\nsamples = 40\n";
-    let even = run(&format!("{text}modes = [1, 11]\nmode_energy = 0.1\n"));
-    let (found, _) = modes_of(&even);
-    assert!(found.entropy[0] > found.equilibrium);
-    assert_eq!(found.equipartition, None);
-    let driven = run(&format!(
-        "{text}drive = \"force\"\ndrive_amplitude = 0.1\ndrive_frequency = 0.1\n"
-    ));
-    let (found, _) = modes_of(&driven);
-    assert!(found.equilibrium.is_nan() && found.entropy[0].is_nan());
-    assert_eq!(found.equipartition, None);
+    let of = |keys: &str| {
+        let text = "sites = 12\nlaw = 'spring'\nends = 'free'\nend_time = 20.0\nsamples = 40";
+        modes_of(&run(&format!("{text}\n{keys}"))).0
+    };
+    let even = of("modes = [1, 11]\nmode_energy = 0.1");
+    assert!(even.entropy[0] > even.equilibrium);
+    let driven = of("drive = 'force'\ndrive_amplitude = 0.1\ndrive_frequency = 0.1");
+    assert!(driven.equilibrium.is_nan() && driven.entropy[0].is_nan());
+    assert_eq!((even.equipartition, driven.equipartition), (None, None));
 }
 
 /// The energy of a bistable contact in its lower well is no square: energy by wavenumber is refused, that by frequency is not.
@@ -137,18 +113,7 @@ fn energies_below_those_at_rest_have_no_wavenumbers() {
         "sites = 8\nlaw = \"polynomial 0.6 -0.8 0.2\"\nstriker_velocity = 4.0\nend_time = 20.0\nsamples = 200\n",
     );
     let motion = Motion::of(&run).unwrap();
-    let only = |wavenumber: bool| {
-        let request = BudgetRequest {
-            views: Views {
-                wavenumber,
-                frequency: true,
-                scale: false,
-            },
-            ..BudgetRequest::default()
-        };
-        budget(&motion, &request)
-    };
-    assert!(only(false).is_ok());
-    let error = only(true).unwrap_err().to_string();
+    assert!(budget(&motion, &views(false, true)).is_ok());
+    let error = budget(&motion, &views(true, true)).unwrap_err().to_string();
     assert!(error.contains("never below that at rest"), "{error}");
 }

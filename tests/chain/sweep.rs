@@ -1,26 +1,56 @@
 //! Sweeps: the same table from any order of work, however often it is interrupted.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use test_support::contains_all;
+use test_support::scenes::{apart, largest, near, within};
 use wavecascade::Error;
 use wavecascade::attenuation::{Sense, pulses};
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::observer::{Observer, Silent};
 use wavecascade::sheet::Describe;
-use wavecascade::sweep::{ENSEMBLES, Outcome, Part, Sweep, Swept, TABLE, read};
+use wavecascade::sweep::{ENSEMBLES, Outcome, Part, Standing, Sweep, Swept, TABLE, read};
 
 const SCENE: &str = "sites = 12\nend_time = 20.0\nsamples = 240\ntolerance = 1e-7\n";
-
-fn sweep(vary: &[&str]) -> Sweep {
-    let vary: Vec<String> = vary.iter().map(|&v| v.to_owned()).collect();
-    Sweep::new(SceneSource::new(None, SCENE), &vary).unwrap()
-}
-
 const VARY: [&str; 2] = ["stiffness_ratio=1:20:6log", "striker_velocity=0.5,1,2"];
 
-fn table(directory: &Path) -> String {
-    std::fs::read_to_string(directory.join(TABLE)).unwrap()
+fn sweep(scene: &str, vary: &[&str]) -> Sweep {
+    let vary: Vec<String> = vary.iter().map(|&v| v.to_owned()).collect();
+    Sweep::new(SceneSource::new(None, scene), &vary).unwrap()
+}
+
+/// A folder for a sweep, and what is in it.
+struct Out(tempfile::TempDir);
+
+impl Out {
+    fn new() -> Out {
+        Out(tempfile::tempdir().unwrap())
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// Part k of n of a sweep into a folder of its own.
+    fn run(&self, name: &str, sweep: &Sweep, [k, n]: [usize; 2]) -> Standing {
+        let part = Part::new(k, n).unwrap();
+        sweep.run(&self.at(name), part, &Silent).unwrap()
+    }
+
+    /// The table of the sweep of [`VARY`], all of it computed.
+    fn whole(&self, name: &str) -> String {
+        let standing = self.run(name, &sweep(SCENE, &VARY), [1, 1]);
+        assert_eq!(
+            (standing.members, standing.computed, standing.failed),
+            (18, 18, 0)
+        );
+        self.table(name)
+    }
+
+    fn table(&self, name: &str) -> String {
+        std::fs::read_to_string(self.at(name).join(TABLE)).unwrap()
+    }
 }
 
 /// Asks to stop after so many members.
@@ -37,49 +67,34 @@ impl Observer for Impatient {
     }
 }
 
-fn whole(place: &Path) -> String {
-    let standing = sweep(&VARY).run(place, Part::WHOLE, &Silent).unwrap();
-    assert_eq!(standing.members, 18);
-    assert_eq!(standing.computed, 18);
-    assert_eq!(standing.failed, 0);
-    table(place)
-}
-
 /// Peaks scale as `v^{6/5}` with the impact's speed in a Hertz chain, energies as `v^2`.
 #[test]
 fn val_scaling_of_peaks_and_energies() {
-    let place = tempfile::tempdir().unwrap();
-    let out = place.path().join("sweep");
-    let all = whole(&out);
+    let all = Out::new().whole("sweep");
     let mut rows = csv::Reader::from_reader(all.as_bytes());
     let columns = rows.headers().unwrap().clone();
     let column = |name: &str| columns.iter().position(|c| c == name).unwrap();
     assert_eq!(&columns[0], "stiffness_ratio");
-    let rows: Vec<Vec<f64>> = rows
-        .records()
-        .map(|row| {
-            row.unwrap()
-                .iter()
-                .map(|v| v.parse().unwrap_or(f64::NAN))
-                .collect()
-        })
-        .collect();
+    let rows = rows.records().map(|row| {
+        let row = row.unwrap();
+        row.iter().map(|v| v.parse().unwrap_or(f64::NAN)).collect()
+    });
+    let rows: Vec<Vec<f64>> = rows.collect();
     assert_eq!(rows.len(), 18);
     for rows in rows.chunks(3) {
-        for (name, power) in [("peak_force_first", 1.2), ("energy_input", 2.0)] {
-            let value =
-                |i: usize| rows[i][column(name)] / rows[i][column("striker_velocity")].powf(power);
-            for i in 1..3 {
-                let off = value(i) / value(0) - 1.0;
-                println!("{name}: {off:e}");
-                assert!(off.abs() < 2e-9, "{name}: {off:e}");
-            }
-        }
-        for row in rows {
-            let (v, drift) = (row[column("striker_velocity")], row[column("energy_drift")]);
-            assert_eq!(row[column("energy_input")], 0.5 * v * v);
-            assert!(drift < 1e-8, "{drift:e}");
-        }
+        let of = |name: &str| Vec::from_iter(rows.iter().map(|row| row[column(name)]));
+        let v = of("striker_velocity");
+        assert_eq!(
+            of("energy_input"),
+            Vec::from_iter(v.iter().map(|v| 0.5 * v * v))
+        );
+        assert!(largest(of("energy_drift")) < 1e-8, "{rows:?}");
+        let peaks = of("peak_force_first");
+        let scaled = peaks
+            .iter()
+            .zip(&v)
+            .map(|(peak, speed)| peak / peaks[0] * (v[0] / speed).powf(1.2));
+        assert!(apart(scaled, [1.0; 3]) < 2e-9, "{peaks:?}");
     }
 }
 
@@ -88,13 +103,10 @@ fn val_scaling_of_peaks_and_energies() {
 #[test]
 fn val_quadrature_energy_passed_by_the_last_contact() {
     let scene = "sites = 16\nend_time = 25.0\nsamples = 2\ntolerance = 1e-8\n";
-    let vary = ["ends=wall,free,fixed", "precompression=0,0.3"].map(str::to_owned);
-    let sweep = Sweep::new(SceneSource::new(None, scene), &vary).unwrap();
+    let sweep = sweep(scene, &["ends=wall,free,fixed", "precompression=0,0.3"]);
     let (_, outcomes) = sweep.compute(&Silent).unwrap();
     for (member, outcome) in &outcomes {
-        let Outcome::Done(found) = outcome else {
-            panic!("{outcome:?}")
-        };
+        let found = outcome.done().unwrap();
         let mut simulation = sweep.simulation(*member).unwrap();
         assert!(simulation.record.energy);
         let run = simulation.run(&Silent).unwrap();
@@ -104,121 +116,97 @@ fn val_quadrature_energy_passed_by_the_last_contact() {
         assert!(passed > 1e-6 && off.abs() < 1e-8, "{off:e}");
         assert!((0.4..0.8).contains(&steps), "{steps}");
         simulation.record.energy = false;
-        assert_eq!(
-            found.steps,
-            simulation.run(&Silent).unwrap().report.cost.steps
-        );
+        let plain = simulation.run(&Silent).unwrap().report.cost.steps;
+        assert_eq!(found.steps, plain);
     }
 }
 
 #[test]
 fn regress_the_same_table_from_threads_parts_and_interruptions() {
-    let place = tempfile::tempdir().unwrap();
-    let at = |name: &str| place.path().join(name);
-    let all = whole(&at("whole"));
+    let out = Out::new();
+    let all = out.whole("whole");
 
-    let one = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .unwrap();
-    assert_eq!(one.install(|| whole(&at("one"))), all);
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1);
+    let one = one.build().unwrap();
+    assert_eq!(one.install(|| out.whole("one")), all);
 
     for (k, name) in [(1, "first"), (2, "second"), (3, "third")] {
-        let part = Part::new(k, 3).unwrap();
-        let standing = sweep(&VARY).run(&at(name), part, &Silent).unwrap();
+        let standing = out.run(name, &sweep(SCENE, &VARY), [k, 3]);
         assert_eq!((standing.known, standing.table), (6, None));
     }
-    let merged = Sweep::merge(&[at("third"), at("first")], &at("merged")).unwrap();
+    let merge = |names: [&str; 2]| {
+        let parts = names.map(|name| out.at(name));
+        Sweep::merge(&parts, &out.at("merged")).unwrap()
+    };
+    let merged = merge(["third", "first"]);
     assert_eq!((merged.known, merged.table), (12, None));
-    let merged = Sweep::merge(&[at("second"), at("merged")], &at("merged")).unwrap();
-    assert_eq!(merged.table, Some(at("merged").join(TABLE)));
-    assert_eq!(table(&at("merged")), all);
+    let merged = merge(["second", "merged"]);
+    assert_eq!(merged.table, Some(out.at("merged").join(TABLE)));
+    assert_eq!(out.table("merged"), all);
 
-    let stopped = at("stopped");
     let mut rounds = 0;
     let standing = loop {
-        match sweep(&VARY).run(&stopped, Part::WHOLE, &Impatient(AtomicU64::new(4))) {
+        let impatient = Impatient(AtomicU64::new(4));
+        match sweep(SCENE, &VARY).run(&out.at("stopped"), Part::WHOLE, &impatient) {
             Ok(standing) => break standing,
             Err(Error::Paused { .. }) => rounds += 1,
             Err(error) => panic!("{error}"),
         }
     };
     assert!(rounds >= 2 && standing.known == 18, "{rounds} {standing:?}");
-    assert_eq!(table(&stopped), all);
-}
+    assert_eq!(out.table("stopped"), all);
 
-/// Chains of fixed steps go eight together; which eight makes no difference.
-#[test]
-fn regress_the_same_table_of_fixed_steps_from_parts() {
+    // Chains of fixed steps go eight together; which eight makes no difference.
     let scene = "sites = 30\nend_time = 40.0\nsamples = 100\nscheme = \"velocity-verlet\"\n\
                  step = 0.01\nrecord = [\"displacement\", \"force\"]\n";
-    let vary = ["ends=wall,free,fixed", "stiffness_ratio=2,3,4"].map(str::to_owned);
-    let sweep = Sweep::new(SceneSource::new(None, scene), &vary).unwrap();
-    let place = tempfile::tempdir().unwrap();
-    let whole = place.path().join("whole");
-    sweep.run(&whole, Part::WHOLE, &Silent).unwrap();
-    let parts: Vec<_> = (1..=9)
-        .map(|k| {
-            let out = place.path().join(k.to_string());
-            sweep.run(&out, Part::new(k, 9).unwrap(), &Silent).unwrap();
-            out
-        })
-        .collect();
-    let merged = place.path().join("merged");
-    Sweep::merge(&parts, &merged).unwrap();
-    assert_eq!(table(&merged), table(&whole));
+    let fixed = sweep(scene, &["ends=wall,free,fixed", "stiffness_ratio=2,3,4"]);
+    out.run("all", &fixed, [1, 1]);
+    let parts = [1, 2, 3, 4, 5, 6, 7, 8, 9].map(|k| {
+        out.run(&k.to_string(), &fixed, [k, 9]);
+        out.at(&k.to_string())
+    });
+    Sweep::merge(&parts, &out.at("of nine")).unwrap();
+    assert_eq!(out.table("of nine"), out.table("all"));
 }
 
 /// Peaks that the samples do not show, or that the end of the run cuts off, are not told.
 #[test]
 fn val_definition_peaks_that_are_not_known() {
-    let peaks = |samples: usize, end: f64| {
+    let measures = |samples: usize, end: f64| {
         let scene =
             format!("sites = 40\nend_time = {end}\nsamples = {samples}\ntolerance = 1e-7\n");
-        let vary = ["stiffness_ratio=4.9272".to_owned()];
-        let sweep = Sweep::new(SceneSource::new(None, scene), &vary).unwrap();
-        let place = tempfile::tempdir().unwrap();
-        let out = place.path().join("sweep");
-        sweep.run(&out, Part::WHOLE, &Silent).unwrap();
-        match &read(&out).unwrap().1[&0] {
-            Outcome::Done(measures) => (
-                measures.peak_force_first,
-                measures.peak_force_last,
-                measures.peak_force_first_error,
-            ),
-            other => panic!("{other:?}"),
-        }
+        let (_, outcomes) = sweep(&scene, &["stiffness_ratio=4.9272"])
+            .compute(&Silent)
+            .unwrap();
+        outcomes[&0].done().unwrap().clone()
     };
-    let (first, last, error) = peaks(4096, 60.0);
+    let found = measures(4096, 60.0);
     // The same from 16 times as many samples.
-    assert!((first.unwrap() - 0.775_7).abs() < 1e-4, "{first:?}");
-    assert!((last.unwrap() - 1.019_8).abs() < 1e-4, "{last:?}");
-    assert!(error.unwrap() < 2e-7, "{error:?}");
-    assert_eq!(peaks(2, 60.0).0, None);
-    assert_eq!(peaks(16, 60.0).0, None);
+    let [first, last] = [found.peak_force_first, found.peak_force_last].map(Option::unwrap);
+    near(first, 0.775_7, 1e-4, "first");
+    near(last, 1.019_8, 1e-4, "last");
+    assert!(found.peak_force_first_error.unwrap() < 2e-7, "{found:?}");
+    assert_eq!(measures(2, 60.0).peak_force_first, None);
+    assert_eq!(measures(16, 60.0).peak_force_first, None);
     // The front has only just arrived.
-    assert_eq!(peaks(4096, 34.0).1, None);
+    assert_eq!(measures(4096, 34.0).peak_force_last, None);
     // It has not: a force of 0 is none that is known.
-    assert_eq!(peaks(4096, 20.0).1, None);
+    assert_eq!(measures(4096, 20.0).peak_force_last, None);
 }
 
 /// The force of a front is known beside velocities that the chain amplifies behind it: against pulses that are followed step
 /// by step.
 #[test]
 fn val_followed_pulses_forces_of_chains_that_amplify() {
-    let vary = ["stiffness_ratio=2,8".to_owned()];
-    let sweep = Sweep::new(SceneSource::new(None, "sites = 120\n"), &vary).unwrap();
+    let sweep = sweep("sites = 120\n", &["stiffness_ratio=2,8"]);
     let (_, outcomes) = sweep.compute(&Silent).unwrap();
     for (member, outcome) in &outcomes {
         let found = outcome.done().unwrap();
         let followed = pulses(&sweep.simulation(*member).unwrap(), Sense::Wall, &Silent);
         let truth = followed.unwrap().pulses[0].peak_force;
         let (force, error) = (found.peak_force_last, found.peak_force_last_error.unwrap());
-        let off = (force.unwrap() - truth.value).abs();
-        assert!(
-            off <= error + truth.error && error < 1e-3,
-            "{off:e} {error:e}"
-        );
+        near(force.unwrap(), truth.value, error + truth.error, member);
+        within(error, ..1e-3, member);
         assert!(found.error.unwrap() > 1e-8 && !found.warned, "{found:?}");
     }
 }
@@ -226,10 +214,9 @@ fn val_followed_pulses_forces_of_chains_that_amplify() {
 /// A line that was cut short by a kill, and one of which any byte is another, is computed again.
 #[test]
 fn regress_lines_cut_short_and_damaged() {
-    let place = tempfile::tempdir().unwrap();
-    let out = place.path().join("sweep");
-    let all = whole(&out);
-    let members = out.join("members.jsonl");
+    let out = Out::new();
+    let all = out.whole("sweep");
+    let members = out.at("sweep").join("members.jsonl");
     let text = std::fs::read(&members).unwrap();
     let lines = |text: &[u8]| text.iter().filter(|b| **b == b'\n').count();
     let cut = |length: usize| (text[..length].to_vec(), 18 - lines(&text[..length]));
@@ -244,114 +231,93 @@ fn regress_lines_cut_short_and_damaged() {
             cases.push((damaged, 1));
         }
     }
+    let sweep = sweep(SCENE, &VARY);
     for (damaged, missing) in cases {
         std::fs::write(&members, damaged).unwrap();
-        let standing = sweep(&VARY).run(&out, Part::WHOLE, &Silent).unwrap();
-        assert_eq!(standing.computed, missing);
-        assert_eq!(table(&out), all);
-        let again = sweep(&VARY).run(&out, Part::WHOLE, &Silent).unwrap();
-        assert_eq!(
-            again.computed, 0,
-            "what was added stands in lines of its own"
-        );
+        assert_eq!(out.run("sweep", &sweep, [1, 1]).computed, missing);
+        assert_eq!(out.table("sweep"), all);
+        // What was added stands in lines of its own.
+        assert_eq!(out.run("sweep", &sweep, [1, 1]).computed, 0);
     }
     // Of a request that is another one no member counts.
-    let request = out.join("sweep.json");
-    let changed = std::fs::read_to_string(&request)
-        .unwrap()
-        .replace("240", "241");
-    std::fs::write(&request, changed).unwrap();
-    let error = Sweep::merge(&[out], &place.path().join("m")).unwrap_err();
+    let request = out.at("sweep").join("sweep.json");
+    let changed = std::fs::read_to_string(&request).unwrap();
+    std::fs::write(&request, changed.replace("240", "241")).unwrap();
+    let error = Sweep::merge(&[out.at("sweep")], &out.at("m")).unwrap_err();
     assert!(matches!(&error, Error::Damaged { .. }), "{error}");
 }
 
 #[test]
 fn what_is_not_this_sweep_is_left_alone() {
-    let place = tempfile::tempdir().unwrap();
-    let out = place.path().join("sweep");
-    whole(&out);
-    let other = sweep(&["stiffness_ratio=1:20:7log"]);
-    let error = other
-        .run(&out, Part::WHOLE, &Silent)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        error.contains("another sweep: it differs in vary"),
-        "{error}"
-    );
-    let scene = SceneSource::new(None, SCENE.replace("samples = 240", "samples = 241"));
-    let other = Sweep::new(scene, &VARY.map(str::to_owned)).unwrap();
-    let error = other
-        .run(&out, Part::WHOLE, &Silent)
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains("it differs in scene"), "{error}");
+    let out = Out::new();
+    out.whole("sweep");
+    std::fs::create_dir(out.at("foreign")).unwrap();
+    std::fs::write(out.at("foreign").join("thesis.tex"), "").unwrap();
+    for (name, scene, vary, words) in [
+        (
+            "sweep",
+            SCENE,
+            "stiffness_ratio=1:20:7log",
+            "another sweep: it differs in vary",
+        ),
+        (
+            "sweep",
+            &SCENE.replace("240", "241"),
+            VARY[0],
+            "it differs in scene",
+        ),
+        ("foreign", SCENE, VARY[0], "something other"),
+    ] {
+        let other = sweep(scene, &[vary, VARY[1]]);
+        let error = other.run(&out.at(name), Part::WHOLE, &Silent).unwrap_err();
+        contains_all(&error.to_string(), &[words]);
+        assert!(error.is_usage(), "{error}");
+    }
+    let error = Sweep::merge(&[out.at("foreign")], &out.at("m")).unwrap_err();
+    contains_all(&error.to_string(), &["no sweep is there"]);
     // What a kill before the first member leaves is no hindrance.
-    let young = place.path().join("young");
-    std::fs::create_dir(&young).unwrap();
-    std::fs::write(young.join(".cascade-partial-0123456789abcdef"), "{").unwrap();
-    assert!(sweep(&VARY).run(&young, Part::WHOLE, &Silent).is_ok());
-    let foreign = place.path().join("foreign");
-    std::fs::create_dir(&foreign).unwrap();
-    std::fs::write(foreign.join("thesis.tex"), "").unwrap();
-    let error = sweep(&VARY)
-        .run(&foreign, Part::WHOLE, &Silent)
-        .unwrap_err();
-    assert!(
-        error.is_usage() && error.to_string().contains("something other"),
-        "{error}"
-    );
-    let error = Sweep::merge(&[foreign], &place.path().join("m")).unwrap_err();
-    assert!(error.to_string().contains("no sweep is there"), "{error}");
+    std::fs::create_dir(out.at("young")).unwrap();
+    let left = out.at("young").join(".cascade-partial-0123456789abcdef");
+    std::fs::write(left, "{").unwrap();
+    out.run("young", &sweep(SCENE, &VARY), [1, 1]);
 }
 
 /// A run that fails is a row of the table.
 #[test]
 fn members_at_fault() {
-    let place = tempfile::tempdir().unwrap();
-    let out = place.path().join("sweep");
+    let out = Out::new();
     let scene =
         "sites = 8\nend_time = 20.0\nsamples = 8\nscheme = \"velocity-verlet\"\nstep = 0.01\n";
-    let steps = ["step=0.01,9.0".to_owned()];
-    let sweep = Sweep::new(SceneSource::new(None, scene), &steps).unwrap();
-    let standing = sweep.run(&out, Part::WHOLE, &Silent).unwrap();
+    let standing = out.run("sweep", &sweep(scene, &["step=0.01,9.0"]), [1, 1]);
     assert_eq!((standing.known, standing.failed), (2, 1));
-    let (_, outcomes) = read(&out).unwrap();
+    let (_, outcomes) = read(&out.at("sweep")).unwrap();
     assert!(
         matches!(&outcomes[&1], Outcome::Failed(why) if why.contains("stability")),
         "{outcomes:?}"
     );
-    assert!(table(&out).lines().nth(2).unwrap().starts_with("9.0,,,"));
+    let table = out.table("sweep");
+    assert!(table.contains("\n9.0,,,"), "{table}");
 }
 
 /// Ensembles over seeds: the same whatever the order of the work, and the quantiles of NumPy.
 #[test]
 fn val_numpy_ensembles() {
+    let out = Out::new();
     let scene = format!("{SCENE}coefficient_spread = 0.3\nstriker_velocity_spread = 0.1\n");
-    let source = SceneSource::new(None, scene);
-    let vary = ["stiffness_ratio=1,4".to_owned(), "seed=3:12".to_owned()];
-    let sweep = Sweep::new(source.clone(), &vary).unwrap();
-    let place = tempfile::tempdir().unwrap();
-    let [one, two] = ["one", "two"].map(|name| place.path().join(name));
-    sweep.run(&one, Part::WHOLE, &Silent).unwrap();
+    let sweep = sweep(&scene, &["stiffness_ratio=1,4", "seed=3:12"]);
+    out.run("one", &sweep, [1, 1]);
     for part in [2, 1] {
-        sweep
-            .run(&two, Part::new(part, 2).unwrap(), &Silent)
-            .unwrap();
+        out.run("two", &sweep, [part, 2]);
     }
-    let text = |directory: &Path| std::fs::read_to_string(directory.join(ENSEMBLES)).unwrap();
-    assert_eq!(text(&one), text(&two));
-    let (request, outcomes) = read(&one).unwrap();
+    let text = |name: &str| std::fs::read_to_string(out.at(name).join(ENSEMBLES)).unwrap();
+    assert_eq!(text("one"), text("two"));
+    let (request, outcomes) = read(&out.at("one")).unwrap();
     let ensembles = request.ensembles(&outcomes);
     assert_eq!(ensembles.len(), 2);
     assert_eq!(ensembles[1].values, ["4"]);
     // As numpy.quantile(values, [0.05, 0.5, 0.95]): linear between order statistics.
-    let mut speeds: Vec<f64> = (10..20)
-        .map(|member| match &outcomes[&member] {
-            Outcome::Done(measures) => measures.velocity_scale,
-            Outcome::Failed(why) => panic!("{why}"),
-        })
-        .collect();
+    let speeds = (10..20).map(|member| outcomes[&member].done().unwrap().velocity_scale);
+    let mut speeds: Vec<f64> = speeds.collect();
     speeds.sort_by(f64::total_cmp);
     assert!(speeds[0] > 0.9 && speeds[9] < 1.1 && speeds[9] - speeds[0] > 0.05);
     let spread = ensembles[1].of("velocity_scale").unwrap();

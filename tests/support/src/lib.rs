@@ -12,6 +12,7 @@ pub mod power;
 pub mod preload;
 pub mod pulse;
 pub mod running;
+pub mod scenes;
 pub mod shared;
 
 /// The same with a change.

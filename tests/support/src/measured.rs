@@ -22,16 +22,22 @@ pub fn step(run: &Run) -> f64 {
     run.time[1]
 }
 
-/// Normal numbers of variance 1: SplitMix64 and the method of Box and Muller.
+/// Random numbers: SplitMix64 (G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014), normal ones of variance 1 by the method of Box and
+/// Muller.
 pub struct Normal(pub u64);
 
 impl Normal {
-    fn uniform(&mut self) -> f64 {
+    /// Above 0, up to 1.
+    pub fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut bits = self.0;
         bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         (((bits ^ (bits >> 31)) >> 11) + 1) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.uniform()
     }
 
     pub fn draw(&mut self) -> f64 {
