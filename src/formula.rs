@@ -437,29 +437,28 @@ mod tests {
         option: "dispersion",
     };
 
-    fn value(text: &str, k: f64) -> f64 {
-        let constants = Constants::from([("c".into(), 4.0), ("a".into(), 0.5)]);
-        parse(text, &constants, WORDS).unwrap().at(k)
+    fn read(text: &str) -> Result<Node> {
+        parse(
+            text,
+            &Constants::from([("c".into(), 4.0), ("a".into(), 0.5)]),
+            WORDS,
+        )
     }
 
     #[test]
     fn formulas_have_the_precedence_of_python() {
-        for (text, k, expected) in [
-            ("-k^2", 3.0, -9.0),
-            ("2^3^2", 0.0, 512.0),
-            ("2^-1", 0.0, 0.5),
-            ("8/4/2", 0.0, 1.0),
-            ("1 - 2 - 3", 0.0, -4.0),
-            ("2*sqrt(c)*abs(sin(k/2))", 1.0, 4.0 * 0.5f64.sin()),
-            ("1.5e-3 * 2E+3", 0.0, 3.0),
-            ("pow(k, 2) + min(1, 2) - max(a, c)", 3.0, 6.0),
-            ("--k + +1", 2.0, 3.0),
-            ("cos(pi)", 0.0, -1.0),
-            ("ln(exp(2))", 0.0, 2.0),
-        ] {
-            assert!((value(text, k) - expected).abs() < 1e-15, "{text}");
+        // Formula, k, value.
+        for row in "-k^2; 3; -9 | 2^3^2; 0; 512 | 2^-1; 0; 0.5 | 8/4/2; 0; 1 | 1 - 2 - 3; 0; -4 | --k + +1; 2; 3
+            | 2*sqrt(c)*abs(sin(k/2)); 1; 1.917702154416812 | 1.5e-3 * 2E+3; 0; 3 | cos(pi); 0; -1 | ln(exp(2)); 0; 2
+            | pow(k, 2) + min(1, 2) - max(a, c); 3; 6"
+            .split('|')
+        {
+            let parts: Vec<&str> = row.split(';').collect();
+            let [k, expected] = [1, 2].map(|i| parts[i].trim().parse::<f64>().unwrap());
+            let off = read(parts[0]).unwrap().at(k) - expected;
+            assert!(off.abs() < 1e-15, "{row}");
         }
-        assert!(value("sqrt(k)", -1.0).is_nan());
+        assert!(read("sqrt(k)").unwrap().at(-1.0).is_nan());
     }
 
     #[test]
@@ -478,59 +477,53 @@ mod tests {
             ("1..2", "`1..2` at character 1", "a number"),
             ("k $ 2", "`$` at character 3", "an operator"),
         ] {
-            let constants = Constants::from([("a".into(), 0.5)]);
-            let error = parse(text, &constants, WORDS).unwrap_err().to_string();
+            let error = read(text).unwrap_err().to_string();
             let (e, f) = error.split_once(", found ").unwrap();
-            assert!(f.starts_with(found), "{text}: {f}");
-            assert!(e.contains(expected), "{text}: {e}");
+            assert!(
+                f.starts_with(found) && e.contains(expected),
+                "{text}: {error}"
+            );
         }
-        let deep = "(".repeat(5000);
-        assert!(parse(&deep, &Constants::new(), WORDS).is_err());
-    }
-
-    #[test]
-    fn constants_do_not_hide_functions() {
+        assert!(read(&"(".repeat(5000)).is_err());
+        // Constants do not hide functions.
         assert!(["c1", "K", "_x"].into_iter().all(is_free));
         assert!(!["pi", "sin", "pow", "1c", ""].into_iter().any(is_free));
     }
 
     #[test]
     fn val_closed_form_kinks() {
-        let text = "min(k, 0.3) + abs(k + 1/7)*max(k^2, 4)";
-        let node = parse(text, &Constants::new(), WORDS).unwrap();
+        let node = read("min(k, 0.3) + abs(k + 1/7)*max(k^2, 4)").unwrap();
         let known = [0.3, -1.0 / 7.0, -2.0];
         let breaks = node.breaks(1.0, -3.0);
-        assert_eq!(breaks.len(), 3, "{breaks:?}");
-        for (a, b) in breaks.iter().zip(known) {
-            assert!((a / b - 1.0).abs() < 1e-15, "{breaks:?}");
-        }
+        let is_near = |(a, b): (&f64, f64)| (a / b - 1.0).abs() < 1e-15;
+        assert!(breaks.len() == 3, "{breaks:?}");
+        assert!(breaks.iter().zip(known).all(is_near), "{breaks:?}");
         assert!(node.breaks(0.0, 0.2).is_empty());
     }
 
     /// Five-point differences of every function and operator.
     #[test]
     fn val_calculus_jets_are_derivatives() {
-        let none = Constants::new();
-        let functions = FUNCTIONS.iter().map(|f| format!("{}(0.3 + 0.4*k^2)", f.0));
-        let others = [
-            "k^3 - 2/k",
-            "pow(2 + k, k)",
-            "-k*min(k, 2)*max(k, 0.1)",
-            "(1 + k)^1.5",
-        ];
-        for text in functions.chain(others.map(str::to_owned)) {
-            let node = parse(&text, &none, WORDS).unwrap();
+        let functions = FUNCTIONS.map(|f| format!("{}(0.3 + 0.4*k^2)", f.0));
+        let others = "k^3 - 2/k; pow(2 + k, k); -k*min(k, 2)*max(k, 0.1); (1 + k)^1.5";
+        for text in functions
+            .iter()
+            .map(String::as_str)
+            .chain(others.split("; "))
+        {
+            let node = read(text).unwrap();
             for k in [0.4, 0.9] {
-                let h = 1e-3;
-                let at = |i: f64| node.at(Jet::variable(k + i * h));
+                let at = |i: f64| node.at(Jet::variable(k + i * 1e-3));
                 let Jet { value, slope, bend } = at(0.0);
                 assert_eq!(value.to_bits(), node.at(k).to_bits(), "{text}");
                 let near = [-2.0, -1.0, 1.0, 2.0].map(at);
                 let check = |of: fn(Jet) -> f64, known: f64, most: f64| {
                     let [a, b, c, d] = near.map(of);
-                    let found = (8.0 * (c - b) - (d - a)) / (12.0 * h);
-                    let off = (found - known).abs() / known.abs().max(1.0);
-                    assert!(off < most, "{text}");
+                    let found = (8.0 * (c - b) - (d - a)) / 12e-3;
+                    assert!(
+                        (found - known).abs() < most * known.abs().max(1.0),
+                        "{text}"
+                    );
                 };
                 check(|jet| jet.value, slope, 1e-9);
                 check(|jet| jet.slope, bend, 1e-8);

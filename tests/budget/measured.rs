@@ -311,7 +311,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
                 .map(|m| m.report.energy)
                 .unwrap_err();
             assert!(
-                matches!(error, Error::BelowNoise { .. } | Error::Request { .. }),
+                matches!(error, Error::Unresolved(_) | Error::Request { .. }),
                 "{error}"
             );
         }
@@ -337,7 +337,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
     record.column_mut(15).mapv_inplace(|v| v + random.draw());
     let noisy = from_velocities(record.view(), [0.0, step(&run)], &run.chain, &options);
     let error = noisy.unwrap_err();
-    assert!(matches!(error, Error::BelowNoise { .. }) && !error.is_usage());
+    assert!(matches!(error, Error::Unresolved(_)) && !error.is_usage());
     let missing = changed(options, |it| it.missing = vec![15]);
     let measured = measure(&run, record.view(), &missing);
     assert!(drowned(&measured).iter().all(|j| *j >= 15));

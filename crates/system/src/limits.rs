@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn regress_the_least_limit_above_the_process_counts() {
+    fn regress_the_least_limit_of_machine_groups_and_process_counts() {
         // 3 MiB of which 1 MiB is used beside the cache; above it 2.5 MiB of which 1 MiB is used.
         let second = "
             proc/meminfo MemTotal:  16000 kB;MemAvailable:    8000 kB;
@@ -136,8 +136,6 @@ mod tests {
             sys/fs/cgroup/outer/inner/memory.stat anon 7;inactive_file 1000000;active_file 48576;file 9;
             sys/fs/cgroup/outer/memory.max 2621440;
             sys/fs/cgroup/outer/memory.current 1048576;";
-        assert_eq!(free("second", second), Some(1_572_864));
-
         // The path of the host is not there; the container's own group is the root.
         let first = "
             proc/meminfo MemAvailable:    8000 kB;
@@ -145,27 +143,24 @@ mod tests {
             sys/fs/cgroup/memory/memory.limit_in_bytes 4194304;
             sys/fs/cgroup/memory/memory.usage_in_bytes 3145728;
             sys/fs/cgroup/memory/memory.stat inactive_file 5;total_inactive_file 1048576;total_active_file 0;";
-        assert_eq!(free("first", first), Some(2_097_152));
-    }
-
-    #[test]
-    fn regress_without_limits_the_machine_counts() {
         let unlimited = "
             proc/meminfo MemAvailable:    8000 kB;
             proc/self/cgroup 4:memory:/;0::/;
             sys/fs/cgroup/memory.max max;
             sys/fs/cgroup/memory/memory.limit_in_bytes 9223372036854771712;
             proc/self/limits Max address space         unlimited            unlimited            bytes;";
-        assert_eq!(free("unlimited", unlimited), Some(8000 * 1024));
-        assert_eq!(free("empty", ""), None);
-    }
-
-    #[test]
-    fn regress_limits_of_the_process_count() {
         let process = "
             proc/meminfo MemAvailable:    8000 kB;
             proc/self/limits Max data size     4096000     unlimited    bytes;Max address space    6144000    unlimited    bytes;
             proc/self/status VmSize:    4000 kB;VmData:    3000 kB;";
-        assert_eq!(free("process", process), Some(4_096_000 - 3_072_000));
+        for (name, files, left) in [
+            ("second", second, Some(1_572_864)),
+            ("first", first, Some(2_097_152)),
+            ("unlimited", unlimited, Some(8000 * 1024)),
+            ("process", process, Some(4_096_000 - 3_072_000)),
+            ("empty", "", None),
+        ] {
+            assert_eq!(free(name, files), left, "{name}");
+        }
     }
 }

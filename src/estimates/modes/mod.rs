@@ -182,7 +182,7 @@ impl Modes {
 /// # Errors
 /// [`Error::Request`] for fields with different axes, frequencies beyond the Nyquist frequency, segments that do
 /// not fit, and fewer than two realisations; [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`];
-/// [`Error::Threads`].
+/// [`Error::Failed`].
 ///
 /// # Source
 /// A. Towne, O. T. Schmidt, T. Colonius, J. Fluid Mech. 847, 821 (2018); O. T. Schmidt, T. Colonius, AIAA J.
