@@ -64,24 +64,20 @@ pub(crate) enum Operator {
     Most,
 }
 
-/// Operators between operands, and how strongly they bind.
-static BETWEEN: [(char, Operator, u8); 5] = [
-    ('+', Operator::Plus, 1),
-    ('-', Operator::Minus, 1),
-    ('*', Operator::Times, 2),
-    ('/', Operator::Over, 2),
-    ('^', Operator::Power, 4),
+/// How operators are typed, and how strongly they bind between operands; 0 for those that are typed as functions.
+static OPERATORS: [(&str, Operator, u8); 8] = [
+    ("+", Operator::Plus, 1),
+    ("-", Operator::Minus, 1),
+    ("*", Operator::Times, 2),
+    ("/", Operator::Over, 2),
+    ("^", Operator::Power, 4),
+    ("pow", Operator::Power, 0),
+    ("min", Operator::Least, 0),
+    ("max", Operator::Most, 0),
 ];
 
 /// Between those of products and of powers: `-k^2` is `-(k^2)`.
 const SIGN: u8 = 3;
-
-/// Operators that are typed as functions.
-const NAMED: [(&str, Operator); 3] = [
-    ("pow", Operator::Power),
-    ("min", Operator::Least),
-    ("max", Operator::Most),
-];
 
 impl Operator {
     fn of<N: Real>(self, a: N, b: N) -> N {
@@ -244,8 +240,8 @@ pub(crate) fn is_free(name: &str) -> bool {
     let is_word =
         name.starts_with(|c: char| c.is_alphabetic() || c == '_') && name.chars().all(is_of_name);
     let functions = FUNCTIONS.iter().map(|f| f.0);
-    let named = NAMED.iter().map(|f| f.0);
-    is_word && name != "pi" && !functions.chain(named).any(|known| known == name)
+    let mut known = functions.chain(OPERATORS.iter().map(|f| f.0));
+    is_word && name != "pi" && !known.any(|known| known == name)
 }
 
 /// Reads a formula.
@@ -287,11 +283,9 @@ impl Reader<'_> {
         self.text[self.at..].chars().next()
     }
 
-    fn take(&mut self, wanted: char) -> bool {
-        let found = self.peek() == Some(wanted);
-        if found {
-            self.at += wanted.len_utf8();
-        }
+    fn take(&mut self, wanted: &str) -> bool {
+        let found = self.peek().is_some() && self.text[self.at..].starts_with(wanted);
+        self.at += if found { wanted.len() } else { 0 };
         found
     }
 
@@ -322,17 +316,16 @@ impl Reader<'_> {
         if self.depth > DEPTH {
             return Err(self.fault("a formula less deeply nested"));
         }
-        let mut left = if self.take('-') {
+        let mut left = if self.take("-") {
             Node::Negative(Box::new(self.expression(SIGN)?))
-        } else if self.take('+') {
+        } else if self.take("+") {
             self.expression(SIGN)?
         } else {
             self.operand()?
         };
-        let binds = |operator: &&(char, Operator, u8)| operator.2 >= least;
-        while let Some((_, operator, strength)) =
-            BETWEEN.iter().filter(binds).find(|it| self.take(it.0))
-        {
+        let binds = |operator: &&(_, _, u8)| operator.2 >= least.max(1);
+        let between = || OPERATORS.iter().filter(binds);
+        while let Some((_, operator, strength)) = between().find(|it| self.take(it.0)) {
             // Powers are read from the right, and their exponents may have a sign.
             let of_right = match operator {
                 Operator::Power => SIGN,
@@ -358,7 +351,7 @@ impl Reader<'_> {
     }
 
     fn close(&mut self, inner: Node) -> Result<Node> {
-        match self.take(')') {
+        match self.take(")") {
             true => Ok(inner),
             false => Err(self.fault("an operator (+ - * / ^) or )")),
         }
@@ -393,18 +386,18 @@ impl Reader<'_> {
             return Ok(Node::Number(value));
         }
         let function = FUNCTIONS.iter().position(|f| f.0 == name);
-        let operator = NAMED.iter().find(|f| f.0 == name).map(|f| f.1);
+        let operator = OPERATORS.iter().find(|f| f.0 == name).map(|f| f.1);
         if function.is_none() && operator.is_none() {
             return Err(self.fault_at(&self.known_names(), &format!("`{name}`"), start));
         }
-        if !self.take('(') {
+        if !self.take("(") {
             return Err(self.fault(&format!("( after {name}")));
         }
         let mut node = self.expression(0)?;
         if let Some(place) = function {
             node = Node::Function(place, Box::new(node));
         } else if let Some(operator) = operator {
-            if !self.take(',') {
+            if !self.take(",") {
                 return Err(self.fault(&format!("a second argument of {name} after a comma")));
             }
             node = Node::pair(operator, node, self.expression(0)?);

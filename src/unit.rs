@@ -160,16 +160,14 @@ fn raised(unit: &str) -> String {
     let mut parts = unit.split('^');
     let mut out = parts.next().unwrap_or_default().to_owned();
     for part in parts {
-        let is_exponent = |(at, c): (usize, char)| c.is_ascii_digit() || (at == 0 && c == '-');
-        let end = part
-            .char_indices()
-            .take_while(|&it| is_exponent(it))
-            .count();
-        match part[..end].contains(|c: char| c.is_ascii_digit()) {
-            true => out.push_str(&superscript(&part[..end])),
-            false => out.push_str(&format!("^{}", &part[..end])),
+        let sign = usize::from(part.starts_with('-'));
+        let digits = part[sign..].bytes().take_while(u8::is_ascii_digit).count();
+        let (exponent, rest) = part.split_at(sign + digits);
+        match digits {
+            0 => out.extend(["^", exponent]),
+            _ => out.push_str(&superscript(exponent)),
         }
-        out.push_str(&part[end..]);
+        out.push_str(rest);
     }
     out
 }

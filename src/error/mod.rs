@@ -14,8 +14,7 @@ pub(crate) use fault::{
 pub use fault::{Fault, FormatError, InputFault};
 pub use nearest::nearest_key;
 pub(crate) use nearest::{listed, one_of_words};
-pub(crate) use scene::reworded;
-pub use scene::{KeyPlace, Problem, SceneFault};
+pub use scene::{KeyPlace, SceneFault};
 pub(crate) use wavecascade_system::memory::size;
 use wavecascade_system::publish::final_path;
 
@@ -194,22 +193,22 @@ impl Error {
     /// by its own name, or the keys `field`, `record` or `quantity` of a request.
     #[must_use]
     pub fn of_file(mut self, path: &Path) -> Error {
-        match &mut self {
-            Error::NonFinite { name, .. } => *name = path.display().to_string(),
+        if let Error::NonFinite { name, .. } = &mut self {
+            *name = path.display().to_string();
+        }
+        let path = path.to_owned();
+        match self {
             Error::Request {
                 option: "field" | "record" | "quantity",
                 expected,
                 found,
-            } => {
-                return Error::Unfit {
-                    path: path.to_owned(),
-                    expected: std::mem::take(expected),
-                    found: std::mem::take(found),
-                };
-            }
-            _ => {}
+            } => Error::Unfit {
+                path,
+                expected,
+                found,
+            },
+            other => other,
         }
-        self
     }
 
     /// The error where sample 0 of the field is sample `before` of a record.
@@ -237,9 +236,10 @@ impl Error {
     /// The error with the option that was typed, where the library calls it `known`.
     #[must_use]
     pub fn of_option(mut self, known: &str, typed: &'static str) -> Error {
-        match &mut self {
-            Error::Request { option, .. } if *option == known => *option = typed,
-            _ => {}
+        if let Error::Request { option, .. } = &mut self
+            && *option == known
+        {
+            *option = typed;
         }
         self
     }
@@ -304,11 +304,10 @@ impl Error {
 
     /// The error with `path` as the file whose fault was found where that is not known.
     pub(crate) fn at(mut self, path: &Path) -> Error {
-        match &mut self {
-            Error::Input { path: known, .. } if known.as_os_str().is_empty() => {
-                *known = path.into()
-            }
-            _ => {}
+        if let Error::Input { path: known, .. } = &mut self
+            && known.as_os_str().is_empty()
+        {
+            *known = path.into();
         }
         self
     }

@@ -30,7 +30,8 @@ pub(crate) fn eigen(matrix: &Array2<Complex<f64>>) -> Eigen {
     let mut reduced = Reduced::of(matrix);
     let unit = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();
     let mut rows: Vec<Vec<f64>> = (0..n).map(unit).collect();
-    diagonalize(&mut reduced.diagonal, &mut reduced.beside, &mut rows);
+    let turn = |f: f64, g: f64, r: f64| (f / r, g / r);
+    diagonalize(&mut reduced.diagonal, &mut reduced.beside, &mut rows, turn);
     let values = &reduced.diagonal;
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|a, b| values[*b].total_cmp(&values[*a]));
@@ -41,113 +42,24 @@ pub(crate) fn eigen(matrix: &Array2<Complex<f64>>) -> Eigen {
     }
 }
 
-/// The eigenvalues, descending, of up to eight matrices of the same order as those of [`eigen`]; those of one do not
-/// depend on the others.
-pub(crate) fn eigenvalues(matrices: &[Array2<Complex<f64>>]) -> Vec<Vec<f64>> {
-    let n = matrices.first().map_or(0, Array2::nrows);
-    let (mut d, mut e) = (vec![LaneBlock::default(); n], vec![LaneBlock::default(); n]);
-    for (lane, matrix) in matrices.iter().enumerate() {
-        let reduced = Reduced::of(matrix);
-        for i in 0..n {
-            (d[i].0[lane], e[i].0[lane]) = (reduced.diagonal[i], reduced.beside[i]);
-        }
-    }
-    let (d, e) = (&mut d[..], &mut e[..]);
-    widest(Diagonalize { d, e });
-    let of = |(lane, matrix): (usize, _)| {
-        let scale = scale_of(matrix);
-        let mut values = sorted(d.iter().map(|d| d.0[lane] * scale));
-        values.reverse();
-        values
+/// The eigenvalues alone, descending.
+pub(crate) fn eigenvalues(matrix: &Array2<Complex<f64>>) -> Vec<f64> {
+    let mut reduced = Reduced::of(matrix);
+    let turn = |f: f64, g: f64, r: f64| {
+        let inverse = r.recip();
+        (f * inverse, g * inverse)
     };
-    matrices.iter().enumerate().map(of).collect()
+    diagonalize(&mut reduced.diagonal, &mut reduced.beside, &mut [], turn);
+    let scale = scale_of(matrix);
+    let mut values = sorted(reduced.diagonal.iter().map(|value| value * scale));
+    values.reverse();
+    values
 }
 
 /// The trace, or 1 where it is not positive.
 fn scale_of(matrix: &Array2<Complex<f64>>) -> f64 {
     let trace: f64 = matrix.diag().iter().map(|z| z.re).sum();
     if trace > 0.0 { trace } else { 1.0 }
-}
-
-/// [`diagonalize`] of eight matrices at once, one a lane.
-struct Diagonalize<'a> {
-    d: &'a mut [LaneBlock],
-    e: &'a mut [LaneBlock],
-}
-
-impl SimdKernel for Diagonalize<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Diagonalize { d, e } = self;
-        let n = d.len();
-        let (zero, one, two) = (L::splat(0.0), L::splat(1.0), L::splat(2.0));
-        for l in 0..n {
-            for _ in 0..STEPS {
-                // Where each splits.
-                let mut split = [(n - 1) as f64; WIDTH];
-                let mut open = u8::MAX;
-                for m in l..n - 1 {
-                    let size = L::load(&d[m]).abs() + L::load(&d[m + 1]).abs();
-                    let least = size * L::splat(f64::EPSILON) + L::splat(FLOOR);
-                    let above = (L::load(&e[m]).abs() - least).positive_mask();
-                    let found = open & !above;
-                    for (lane, split) in split.iter_mut().enumerate() {
-                        if found >> lane & 1 == 1 {
-                            *split = m as f64;
-                        }
-                    }
-                    open &= above;
-                    if open == 0 {
-                        break;
-                    }
-                }
-                let last = split.iter().fold(0.0, |most: f64, m| most.max(*m)) as usize;
-                if last == l {
-                    break;
-                }
-                let mut ends = [0.0; WIDTH];
-                for (lane, (end, m)) in ends.iter_mut().zip(&split).enumerate() {
-                    *end = d[*m as usize].0[lane];
-                }
-                let split_at = L::read(&split);
-                let works = split_at - L::splat(l as f64);
-                // In lanes that do not work numbers may be anything; they are not kept.
-                let low = L::load(&e[l]);
-                let g = (L::load(&d[l + 1]) - L::load(&d[l])) / (two * low);
-                let r = (g * g + one).sqrt();
-                let signed = g + g.choose(r, (zero - g).choose(zero - r, r));
-                let mut g = L::read(&ends) - L::load(&d[l]) + low / signed;
-                let (mut s, mut c, mut p) = (one, one, zero);
-                for i in (l..last).rev() {
-                    let here = split_at - L::splat(i as f64);
-                    let (old_d, old_e) = (L::load(&d[i + 1]), L::load(&e[i + 1]));
-                    let beside = L::load(&e[i]);
-                    let (f, b) = (s * beside, c * beside);
-                    let r = (f * f + g * g).sqrt();
-                    here.choose(r, old_e).store(&mut e[i + 1]);
-                    // Nothing to rotate where both are 0.
-                    let inverse = one / r;
-                    let (sin, cos) = (r.choose(f * inverse, zero), r.choose(g * inverse, one));
-                    let rest = old_d - p;
-                    let rotated = (L::load(&d[i]) - rest) * sin + two * cos * b;
-                    let moved = sin * rotated;
-                    here.choose(rest + moved, old_d).store(&mut d[i + 1]);
-                    s = here.choose(sin, s);
-                    c = here.choose(cos, c);
-                    p = here.choose(moved, p);
-                    g = here.choose(cos * rotated - b, g);
-                }
-                let old = L::load(&d[l]);
-                works.choose(old - p, old).store(&mut d[l]);
-                works.choose(g, low).store(&mut e[l]);
-                for (lane, m) in split.iter().enumerate() {
-                    e[*m as usize].0[lane] = 0.0;
-                }
-            }
-        }
-    }
 }
 
 /// `H_1 H_2 ... D T D* ... H_2 H_1` with T real and tridiagonal, D diagonal of modulus 1.
@@ -372,8 +284,14 @@ fn less<L: Lanes>(sum: [L; 2], [re, im]: [L; 2], b: [L; 2]) -> [L; 2] {
     [less_im.fused(b[1], inner[0]), re.fused(b[1], inner[1])]
 }
 
-/// Turns the diagonal into eigenvalues, and rotates `rows` into eigenvectors.
-fn diagonalize(d: &mut [f64], e: &mut [f64], rows: &mut [Vec<f64>]) {
+/// Turns the diagonal into eigenvalues, and rotates `rows` into eigenvectors: by sine and cosine, which `turn` makes of the
+/// sides `f` and `g` and the hypotenuse.
+fn diagonalize(
+    d: &mut [f64],
+    e: &mut [f64],
+    rows: &mut [Vec<f64>],
+    turn: impl Fn(f64, f64, f64) -> (f64, f64),
+) {
     let n = d.len();
     for l in 0..n {
         for _ in 0..STEPS {
@@ -398,7 +316,7 @@ fn diagonalize(d: &mut [f64], e: &mut [f64], rows: &mut [Vec<f64>]) {
                     is_whole = false;
                     break;
                 }
-                (s, c) = (f / r, g / r);
+                (s, c) = turn(f, g, r);
                 g = d[i + 1] - p;
                 let r = (d[i] - g) * s + 2.0 * c * b;
                 p = s * r;
@@ -439,10 +357,7 @@ mod tests {
             let factors = Array2::from_shape_fn((rank, n), &mut number);
             let a = factors.t().mapv(|z| z.conj()).dot(&factors);
             let found = eigen(&a);
-            // Alone, and beside others of the same order.
-            let alone = &eigenvalues(std::slice::from_ref(&a))[0];
-            let others = [a.mapv(|z| z * 3.0), a.clone(), Array2::zeros((n, n))];
-            assert_eq!(eigenvalues(&others)[1], *alone);
+            let alone = eigenvalues(&a);
             let near = 1e-14 * a.diag().sum().re;
             assert!((found.values.iter().sum::<f64>() - a.diag().sum().re).abs() <= near);
             assert!(found.values.is_sorted_by(|a, b| a >= b));

@@ -5,7 +5,6 @@ use std::path::Path;
 
 use wavecascade::Error;
 use wavecascade::chain::RunWarning;
-use wavecascade::error::{KeyPlace, Problem, SceneFault};
 use wavecascade::sheet::Warning;
 
 use crate::examples::names;
@@ -17,7 +16,7 @@ pub fn of_error(error: &Error) -> Option<String> {
         Error::Scan { fault, .. } | Error::Failed(fault) | Error::Unresolved(fault) => {
             &fault.advice
         }
-        Error::Scene { fault } => return Some(of_scene(fault)),
+        Error::Scene { fault } => &fault.fault.advice,
         Error::Read { source, path, .. } if source.kind() == ErrorKind::NotFound => {
             return Some(of_missing(path));
         }
@@ -60,30 +59,6 @@ fn of_missing(path: &Path) -> String {
         Some(name) => format!("`cascade examples {name}` writes it here"),
         None => "check the path; a relative one starts at the current directory".into(),
     }
-}
-
-fn of_scene(fault: &SceneFault) -> String {
-    let advice = match (&fault.problem, &fault.place) {
-        (Problem::TooLarge { .. }, _) => {
-            "choose fewer `samples` or `sites`, keep less with `record`, or raise `memory`"
-        }
-        (Problem::Syntax { .. }, _) => "`cascade scene` prints a scene to start from",
-        // Not one of its keys is at fault, but the file.
-        (Problem::Value { .. }, KeyPlace::File { path, line: None }) if fault.key.is_empty() => {
-            return format!(
-                "`cascade scene` prints a scene to start from; is it a field, `cascade analyze {}` reads it",
-                path.display()
-            );
-        }
-        (Problem::Value { .. }, KeyPlace::Setting { source })
-            if source.starts_with("values of ") =>
-        {
-            "write values as a list, 1,2,4, or a range: 1:10:19 (19 in equal steps), 1:10:19log, 1:10 (whole numbers)"
-        }
-        (Problem::Value { .. }, _) => "`cascade scene` prints all keys with what they mean",
-        _ => "",
-    };
-    advice.into()
 }
 
 /// A finding about a run, with what to do about it.
