@@ -181,12 +181,18 @@ impl From<FormatError> for Error {
 impl Error {
     /// Whether the request itself is at fault (exit code 2) rather than the run (exit code 1).
     pub fn is_usage(&self) -> bool {
-        match self {
-            Error::Request { .. } | Error::Unfit { .. } | Error::Scene { .. } => true,
-            Error::Exists { .. } | Error::OutputInUse { .. } | Error::Busy { .. } => true,
-            Error::Memory { .. } | Error::Scan { .. } => true,
-            _ => false,
-        }
+        use Error::*;
+        matches!(
+            self,
+            Request { .. }
+                | Unfit { .. }
+                | Scan { .. }
+                | Scene { .. }
+                | Exists { .. }
+                | OutputInUse { .. }
+                | Busy { .. }
+                | Memory { .. }
+        )
     }
 
     /// The error with `path` as the file at fault, if the error names that file otherwise: a field
