@@ -64,24 +64,20 @@ pub(crate) enum Operator {
     Most,
 }
 
-/// Operators between operands, and how strongly they bind.
-static BETWEEN: [(char, Operator, u8); 5] = [
-    ('+', Operator::Plus, 1),
-    ('-', Operator::Minus, 1),
-    ('*', Operator::Times, 2),
-    ('/', Operator::Over, 2),
-    ('^', Operator::Power, 4),
+/// How operators are typed, and how strongly they bind between operands; 0 for those that are typed as functions.
+static OPERATORS: [(&str, Operator, u8); 8] = [
+    ("+", Operator::Plus, 1),
+    ("-", Operator::Minus, 1),
+    ("*", Operator::Times, 2),
+    ("/", Operator::Over, 2),
+    ("^", Operator::Power, 4),
+    ("pow", Operator::Power, 0),
+    ("min", Operator::Least, 0),
+    ("max", Operator::Most, 0),
 ];
 
 /// Between those of products and of powers: `-k^2` is `-(k^2)`.
 const SIGN: u8 = 3;
-
-/// Operators that are typed as functions.
-const NAMED: [(&str, Operator); 3] = [
-    ("pow", Operator::Power),
-    ("min", Operator::Least),
-    ("max", Operator::Most),
-];
 
 impl Operator {
     fn of<N: Real>(self, a: N, b: N) -> N {
@@ -244,8 +240,8 @@ pub(crate) fn is_free(name: &str) -> bool {
     let is_word =
         name.starts_with(|c: char| c.is_alphabetic() || c == '_') && name.chars().all(is_of_name);
     let functions = FUNCTIONS.iter().map(|f| f.0);
-    let named = NAMED.iter().map(|f| f.0);
-    is_word && name != "pi" && !functions.chain(named).any(|known| known == name)
+    let mut known = functions.chain(OPERATORS.iter().map(|f| f.0));
+    is_word && name != "pi" && !known.any(|known| known == name)
 }
 
 /// Reads a formula.
@@ -287,11 +283,9 @@ impl Reader<'_> {
         self.text[self.at..].chars().next()
     }
 
-    fn take(&mut self, wanted: char) -> bool {
-        let found = self.peek() == Some(wanted);
-        if found {
-            self.at += wanted.len_utf8();
-        }
+    fn take(&mut self, wanted: &str) -> bool {
+        let found = self.peek().is_some() && self.text[self.at..].starts_with(wanted);
+        self.at += if found { wanted.len() } else { 0 };
         found
     }
 
@@ -322,17 +316,16 @@ impl Reader<'_> {
         if self.depth > DEPTH {
             return Err(self.fault("a formula less deeply nested"));
         }
-        let mut left = if self.take('-') {
+        let mut left = if self.take("-") {
             Node::Negative(Box::new(self.expression(SIGN)?))
-        } else if self.take('+') {
+        } else if self.take("+") {
             self.expression(SIGN)?
         } else {
             self.operand()?
         };
-        let binds = |operator: &&(char, Operator, u8)| operator.2 >= least;
-        while let Some((_, operator, strength)) =
-            BETWEEN.iter().filter(binds).find(|it| self.take(it.0))
-        {
+        let binds = |operator: &&(_, _, u8)| operator.2 >= least.max(1);
+        let between = || OPERATORS.iter().filter(binds);
+        while let Some((_, operator, strength)) = between().find(|it| self.take(it.0)) {
             // Powers are read from the right, and their exponents may have a sign.
             let of_right = match operator {
                 Operator::Power => SIGN,
@@ -358,7 +351,7 @@ impl Reader<'_> {
     }
 
     fn close(&mut self, inner: Node) -> Result<Node> {
-        match self.take(')') {
+        match self.take(")") {
             true => Ok(inner),
             false => Err(self.fault("an operator (+ - * / ^) or )")),
         }
@@ -393,18 +386,18 @@ impl Reader<'_> {
             return Ok(Node::Number(value));
         }
         let function = FUNCTIONS.iter().position(|f| f.0 == name);
-        let operator = NAMED.iter().find(|f| f.0 == name).map(|f| f.1);
+        let operator = OPERATORS.iter().find(|f| f.0 == name).map(|f| f.1);
         if function.is_none() && operator.is_none() {
             return Err(self.fault_at(&self.known_names(), &format!("`{name}`"), start));
         }
-        if !self.take('(') {
+        if !self.take("(") {
             return Err(self.fault(&format!("( after {name}")));
         }
         let mut node = self.expression(0)?;
         if let Some(place) = function {
             node = Node::Function(place, Box::new(node));
         } else if let Some(operator) = operator {
-            if !self.take(',') {
+            if !self.take(",") {
                 return Err(self.fault(&format!("a second argument of {name} after a comma")));
             }
             node = Node::pair(operator, node, self.expression(0)?);
@@ -437,29 +430,28 @@ mod tests {
         option: "dispersion",
     };
 
-    fn value(text: &str, k: f64) -> f64 {
-        let constants = Constants::from([("c".into(), 4.0), ("a".into(), 0.5)]);
-        parse(text, &constants, WORDS).unwrap().at(k)
+    fn read(text: &str) -> Result<Node> {
+        parse(
+            text,
+            &Constants::from([("c".into(), 4.0), ("a".into(), 0.5)]),
+            WORDS,
+        )
     }
 
     #[test]
     fn formulas_have_the_precedence_of_python() {
-        for (text, k, expected) in [
-            ("-k^2", 3.0, -9.0),
-            ("2^3^2", 0.0, 512.0),
-            ("2^-1", 0.0, 0.5),
-            ("8/4/2", 0.0, 1.0),
-            ("1 - 2 - 3", 0.0, -4.0),
-            ("2*sqrt(c)*abs(sin(k/2))", 1.0, 4.0 * 0.5f64.sin()),
-            ("1.5e-3 * 2E+3", 0.0, 3.0),
-            ("pow(k, 2) + min(1, 2) - max(a, c)", 3.0, 6.0),
-            ("--k + +1", 2.0, 3.0),
-            ("cos(pi)", 0.0, -1.0),
-            ("ln(exp(2))", 0.0, 2.0),
-        ] {
-            assert!((value(text, k) - expected).abs() < 1e-15, "{text}");
+        // Formula, k, value.
+        for row in "-k^2; 3; -9 | 2^3^2; 0; 512 | 2^-1; 0; 0.5 | 8/4/2; 0; 1 | 1 - 2 - 3; 0; -4 | --k + +1; 2; 3
+            | 2*sqrt(c)*abs(sin(k/2)); 1; 1.917702154416812 | 1.5e-3 * 2E+3; 0; 3 | cos(pi); 0; -1 | ln(exp(2)); 0; 2
+            | pow(k, 2) + min(1, 2) - max(a, c); 3; 6"
+            .split('|')
+        {
+            let parts: Vec<&str> = row.split(';').collect();
+            let [k, expected] = [1, 2].map(|i| parts[i].trim().parse::<f64>().unwrap());
+            let off = read(parts[0]).unwrap().at(k) - expected;
+            assert!(off.abs() < 1e-15, "{row}");
         }
-        assert!(value("sqrt(k)", -1.0).is_nan());
+        assert!(read("sqrt(k)").unwrap().at(-1.0).is_nan());
     }
 
     #[test]
@@ -478,59 +470,53 @@ mod tests {
             ("1..2", "`1..2` at character 1", "a number"),
             ("k $ 2", "`$` at character 3", "an operator"),
         ] {
-            let constants = Constants::from([("a".into(), 0.5)]);
-            let error = parse(text, &constants, WORDS).unwrap_err().to_string();
+            let error = read(text).unwrap_err().to_string();
             let (e, f) = error.split_once(", found ").unwrap();
-            assert!(f.starts_with(found), "{text}: {f}");
-            assert!(e.contains(expected), "{text}: {e}");
+            assert!(
+                f.starts_with(found) && e.contains(expected),
+                "{text}: {error}"
+            );
         }
-        let deep = "(".repeat(5000);
-        assert!(parse(&deep, &Constants::new(), WORDS).is_err());
-    }
-
-    #[test]
-    fn constants_do_not_hide_functions() {
+        assert!(read(&"(".repeat(5000)).is_err());
+        // Constants do not hide functions.
         assert!(["c1", "K", "_x"].into_iter().all(is_free));
         assert!(!["pi", "sin", "pow", "1c", ""].into_iter().any(is_free));
     }
 
     #[test]
     fn val_closed_form_kinks() {
-        let text = "min(k, 0.3) + abs(k + 1/7)*max(k^2, 4)";
-        let node = parse(text, &Constants::new(), WORDS).unwrap();
+        let node = read("min(k, 0.3) + abs(k + 1/7)*max(k^2, 4)").unwrap();
         let known = [0.3, -1.0 / 7.0, -2.0];
         let breaks = node.breaks(1.0, -3.0);
-        assert_eq!(breaks.len(), 3, "{breaks:?}");
-        for (a, b) in breaks.iter().zip(known) {
-            assert!((a / b - 1.0).abs() < 1e-15, "{breaks:?}");
-        }
+        let is_near = |(a, b): (&f64, f64)| (a / b - 1.0).abs() < 1e-15;
+        assert!(breaks.len() == 3, "{breaks:?}");
+        assert!(breaks.iter().zip(known).all(is_near), "{breaks:?}");
         assert!(node.breaks(0.0, 0.2).is_empty());
     }
 
     /// Five-point differences of every function and operator.
     #[test]
     fn val_calculus_jets_are_derivatives() {
-        let none = Constants::new();
-        let functions = FUNCTIONS.iter().map(|f| format!("{}(0.3 + 0.4*k^2)", f.0));
-        let others = [
-            "k^3 - 2/k",
-            "pow(2 + k, k)",
-            "-k*min(k, 2)*max(k, 0.1)",
-            "(1 + k)^1.5",
-        ];
-        for text in functions.chain(others.map(str::to_owned)) {
-            let node = parse(&text, &none, WORDS).unwrap();
+        let functions = FUNCTIONS.map(|f| format!("{}(0.3 + 0.4*k^2)", f.0));
+        let others = "k^3 - 2/k; pow(2 + k, k); -k*min(k, 2)*max(k, 0.1); (1 + k)^1.5";
+        for text in functions
+            .iter()
+            .map(String::as_str)
+            .chain(others.split("; "))
+        {
+            let node = read(text).unwrap();
             for k in [0.4, 0.9] {
-                let h = 1e-3;
-                let at = |i: f64| node.at(Jet::variable(k + i * h));
+                let at = |i: f64| node.at(Jet::variable(k + i * 1e-3));
                 let Jet { value, slope, bend } = at(0.0);
                 assert_eq!(value.to_bits(), node.at(k).to_bits(), "{text}");
                 let near = [-2.0, -1.0, 1.0, 2.0].map(at);
                 let check = |of: fn(Jet) -> f64, known: f64, most: f64| {
                     let [a, b, c, d] = near.map(of);
-                    let found = (8.0 * (c - b) - (d - a)) / (12.0 * h);
-                    let off = (found - known).abs() / known.abs().max(1.0);
-                    assert!(off < most, "{text}");
+                    let found = (8.0 * (c - b) - (d - a)) / 12e-3;
+                    assert!(
+                        (found - known).abs() < most * known.abs().max(1.0),
+                        "{text}"
+                    );
                 };
                 check(|jet| jet.value, slope, 1e-9);
                 check(|jet| jet.slope, bend, 1e-8);

@@ -19,16 +19,7 @@ pub trait Dimension {
 /// The unit of `D` that `name` spells: `s` for `s`, `sec.` and `Seconds`; `None` for no unit of it. The case of letters
 /// counts in symbols, not in words.
 pub fn symbol<D: Dimension>(name: &str) -> Option<&'static str> {
-    let name = name.trim().trim_end_matches('.');
-    let is_word =
-        |alias: &str| alias.is_ascii() && alias.len() > 2 && alias.eq_ignore_ascii_case(name);
-    let is_it = |(alias, _): &&(&str, _)| *alias == name || is_word(alias);
-    let alias = D::ALIASES.iter().find(is_it);
-    let name = alias.map_or(name, |(_, unit)| unit);
-    D::UNITS
-        .iter()
-        .map(|(unit, _)| *unit)
-        .find(|unit| *unit == name)
+    spelled::<D>(name).map(|(symbol, _)| symbol)
 }
 
 /// The symbol of a unit of `D`; another text as it is.
@@ -38,10 +29,17 @@ pub(crate) fn symbol_or<D: Dimension>(unit: &str) -> String {
 
 /// The size of the unit that `name` spells, in the first unit of `D`; `None` for no unit of it.
 pub fn size<D: Dimension>(name: &str) -> Option<f64> {
-    let symbol = symbol::<D>(name)?;
-    D::UNITS
-        .iter()
-        .find_map(|(unit, size)| (*unit == symbol).then_some(*size))
+    spelled::<D>(name).map(|(_, size)| size)
+}
+
+fn spelled<D: Dimension>(name: &str) -> Option<(&'static str, f64)> {
+    let name = name.trim().trim_end_matches('.');
+    let is_word =
+        |alias: &str| alias.is_ascii() && alias.len() > 2 && alias.eq_ignore_ascii_case(name);
+    let is_it = |(alias, _): &&(&str, _)| *alias == name || is_word(alias);
+    let alias = D::ALIASES.iter().find(is_it);
+    let name = alias.map_or(name, |(_, unit)| unit);
+    D::UNITS.iter().copied().find(|(unit, _)| *unit == name)
 }
 
 /// The units of `D`, separated by commas.
@@ -184,10 +182,15 @@ pub struct Measure<D> {
 impl<D: Dimension> Measure<D> {
     /// The measure of a number without a unit.
     pub fn new(value: f64) -> Self {
+        Measure::of(value, false)
+    }
+
+    fn of(value: f64, has_unit: bool) -> Self {
+        let dimension = PhantomData;
         Measure {
             value,
-            has_unit: false,
-            dimension: PhantomData,
+            has_unit,
+            dimension,
         }
     }
 
@@ -201,11 +204,7 @@ impl<D: Dimension> Measure<D> {
         let unit = fitting.max_by_key(|unit| unit.len())?;
         let number = text[..text.len() - unit.len()].trim_end();
         let value = scaled(number, size::<D>(unit)?)?;
-        value.is_finite().then_some(Measure {
-            value,
-            has_unit: true,
-            dimension: PhantomData,
-        })
+        value.is_finite().then(|| Measure::of(value, true))
     }
 
     /// From a number, or a number with a unit.
@@ -243,11 +242,7 @@ impl<D: Dimension> Measure<D> {
 impl Measure<Frequency> {
     /// The time between two of so many samples: `1 / rate`.
     pub fn period(self) -> Measure<Time> {
-        Measure {
-            value: 1.0 / self.value,
-            has_unit: self.has_unit,
-            dimension: PhantomData,
-        }
+        Measure::of(1.0 / self.value, self.has_unit)
     }
 }
 
@@ -350,44 +345,36 @@ mod tests {
 
     #[test]
     fn numbers_are_written_with_the_digits_they_have() {
-        for (value, text) in [
-            (1e-5, "1e-5"),
-            (9.999999999999999e-6, "1e-5"),
-            (0.1 + 0.2, "0.3"),
-            (0.00025, "0.00025"),
-            (295.0 / 4095.0, "0.0720390720391"),
-            (-48e3, "-48000"),
-            (2.5e9, "2.5e9"),
-            (0.0, "0"),
-        ] {
-            assert_eq!(digits(value), text);
+        for text in ["1e-5", "0.00025", "-48000", "2.5e9", "0"] {
+            assert_eq!(digits(text.parse().unwrap()), text);
         }
+        let rounded = [9.999999999999999e-6, 0.1 + 0.2, 295.0 / 4095.0].map(digits);
+        assert_eq!(rounded, ["1e-5", "0.3", "0.0720390720391"]);
         assert_eq!(shortest(9.99999974e-6, 1e-12), 1e-5);
         assert_eq!(shortest(0.3333, 1e-5), 0.3333);
         assert_eq!(shortest(0.1, 0.0), 0.1);
-        assert_eq!(cycles_per("ms"), "kHz");
-        assert_eq!(cycles_per("min"), "cycles/min");
+        assert_eq!([cycles_per("ms"), cycles_per("min")], ["kHz", "cycles/min"]);
     }
 
     #[test]
     fn units_have_other_spellings() {
-        for name in ["s", "sec", "seconds", " s "] {
-            assert_eq!(
-                symbol::<Time>(name).zip(size::<Time>(name)),
-                Some(("s", 1.0))
-            );
+        for (names, unit, ten) in [
+            ("s sec seconds", Some(("s", 1.0)), Some(10.0)),
+            (
+                "us usec \u{b5}s \u{3bc}s microseconds",
+                Some(("us", 1e-6)),
+                Some(1e-5),
+            ),
+            ("S samples m lightyears millimetre", None, None),
+        ] {
+            for name in names.split(' ') {
+                assert_eq!(spelled::<Time>(name), unit, "{name}");
+                let found = Measure::<Time>::parse(&format!("10 {name}"));
+                assert_eq!(found.map(|found| found.value), ten, "{name}");
+            }
         }
-        for name in ["us", "usec", "\u{b5}s", "\u{3bc}s", "microseconds"] {
-            assert_eq!(symbol::<Time>(name), Some("us"), "{name}");
-            let text = format!("10 {name}");
-            assert_eq!(Measure::<Time>::parse(&text).map(|m| m.value), Some(1e-5));
-        }
-        for name in ["", "S", "samples", "m", "lightyears"] {
-            assert_eq!(symbol::<Time>(name), None, "{name}");
-            assert_eq!(size::<Time>(name), None, "{name}");
-        }
-        assert_eq!(symbol::<Length>("millimetre"), None);
-        assert_eq!(Measure::<Time>::parse("3 lightyears"), None);
+        assert_eq!(symbol::<Time>(" SEC. "), Some("s"));
+        assert_eq!(spelled::<Time>(""), None);
     }
 
     /// Each is the number nearest to the decimal one.
@@ -395,34 +382,32 @@ mod tests {
     fn conversions_by_powers_of_ten_round_once() {
         let us = |digits: usize| Measure::<Time>::parse(&format!("{digits} us")).unwrap();
         for digits in 1..2000 {
-            let expect = |power: i32| format!("{digits}e{power}").parse().ok();
             for (unit, power) in [("s", -6), ("ms", -3), ("us", 0), ("ns", 3)] {
-                let found = us(digits).in_unit(unit);
-                assert_eq!(found, expect(power), "{digits} us in {unit}");
+                let expected = format!("{digits}e{power}").parse().ok();
+                assert_eq!(us(digits).in_unit(unit), expected, "{digits} us in {unit}");
             }
         }
         assert_eq!(us(120_000_000).in_unit("min"), Some(2.0));
         assert_eq!(us(1).in_unit("parsec"), None);
         assert_eq!(Measure::<Time>::new(0.3).in_unit("parsec"), Some(0.3));
-        let rate = Measure::<Frequency>::parse("100 kHz").unwrap();
-        assert_eq!(rate.period().in_unit("s"), Some(1e-5));
-        assert_eq!(rate.period().in_unit("us"), Some(10.0));
+        let period = Measure::<Frequency>::parse("100 kHz").unwrap().period();
+        assert_eq!(
+            ["s", "us"].map(|unit| period.in_unit(unit)),
+            [Some(1e-5), Some(10.0)]
+        );
     }
 
     #[test]
     fn texts_have_a_number_and_a_known_unit() {
         let mm = |text| Measure::<Length>::parse(text).map(|m| m.value);
-        assert_eq!(mm("9mm"), Some(9e-3));
-        assert_eq!(mm(" 1.8e1 mm"), Some(18e-3));
-        assert_eq!(mm("3.3 mm"), Some(3.3e-3));
-        assert_eq!(mm("-.7cm"), Some(-0.7e-2));
-        assert_eq!(mm("0.3 m"), Some(0.3));
+        let texts = ["9mm", " 1.8e1 mm", "3.3 mm", "-.7cm", "0.3 m"];
+        let values = [9e-3, 18e-3, 3.3e-3, -0.7e-2, 0.3].map(Some);
+        assert_eq!(texts.map(mm), values);
         for wrong in ",mm,9,9 parsec,9 GPa,nan m,1e400 m,9 m m".split(',') {
             assert_eq!(mm(wrong), None, "{wrong}");
         }
         let pascal = Measure::<Pressure>::parse("72 GPa").map(|p| p.value);
-        assert_eq!(pascal, Some(72e9));
         let size = Measure::<Memory>::parse("2GiB").map(|m| m.value);
-        assert_eq!(size, Some(2147483648.0));
+        assert_eq!([pascal, size], [Some(72e9), Some(2147483648.0)]);
     }
 }

@@ -222,7 +222,7 @@ impl Parseval {
     /// thousand times what is found on any field.
     ///
     /// # Errors
-    /// [`Error::Parseval`] with the first that is not.
+    /// [`Error::Failed`] with the first that is not.
     pub fn check(&self, precision: crate::arrays::Precision) -> Result<()> {
         let bound = match precision {
             crate::arrays::Precision::F64 => 1e-10,
@@ -234,11 +234,7 @@ impl Parseval {
             ("in space and time", self.spacetime),
         ] {
             if let Some(residual) = residual.filter(|r| r.is_nan() || r.abs() > bound) {
-                return Err(Error::Parseval {
-                    spectra,
-                    residual,
-                    bound,
-                });
+                return Err(Error::parseval(spectra, residual, bound));
             }
         }
         Ok(())

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::pulse::Located;
-use crate::error::{Error, InputFault, Result};
+use crate::error::{Error, Fault, Result};
 use crate::field::Field;
 use crate::numeric::{deviation, median};
 
@@ -48,13 +48,10 @@ impl MeasuredPoint {
 /// [`Error::Read`]; [`Error::Input`] with the number of an invalid line.
 pub fn read_curve(path: &Path) -> Result<Vec<MeasuredPoint>> {
     let bytes = std::fs::read(path).map_err(Error::read("read", path))?;
-    let fault = |line: usize, expected: &str, found: String| Error::Input {
-        path: path.to_owned(),
-        fault: InputFault::Curve {
-            line,
-            expected: expected.to_owned(),
-            found,
-        },
+    let fault = |line: usize, expected: &str, found: String| {
+        let advice = "write one row a point: abscissa, value, standard error if known";
+        let said = format!("line {line}: expected {expected}, found {found}");
+        Error::input(path)(Fault::new(said, advice))
     };
     let text = String::from_utf8(bytes).map_err(|_| {
         let expected = "a text table; a velocity field cannot be read as a curve";

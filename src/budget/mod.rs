@@ -77,7 +77,7 @@ pub fn budget(motion: &Motion, request: &BudgetRequest) -> Result<(Budget, Array
 ///
 /// # Errors
 /// [`crate::Error::Request`] for arrays that do not fit the chain and for unsuitable scales;
-/// [`crate::Error::Threads`]; [`crate::Error::Cancelled`] when the observer cancels; errors of the
+/// [`crate::Error::Failed`]; [`crate::Error::Cancelled`] when the observer cancels; errors of the
 /// sink.
 pub fn run(
     motion: &Motion,

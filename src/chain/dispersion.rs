@@ -224,7 +224,7 @@ fn singular_values(columns: &[Vec<Complex<f64>>]) -> Vec<f64> {
     for ((i, j), value) in beside.slice_mut(s![n.., ..n]).indexed_iter_mut() {
         *value = columns[j][i];
     }
-    let values = eigenvalues(&[beside]).into_iter().flatten().take(n);
+    let values = eigenvalues(&beside).into_iter().take(n);
     sorted(values.map(|value| (value - size).max(0.0)))
 }
 

@@ -2,23 +2,19 @@
 //!
 //! [`Error`] names what was expected and what was found.
 
-mod change;
-mod foreign;
-mod input;
+mod fault;
 mod nearest;
-mod scan;
 mod scene;
 
 use std::path::{Path, PathBuf};
 
-pub use change::FileChange;
-pub use foreign::ForeignFormat;
-pub use input::{CoordinateKind, DimensionName, FileKind, FormatError, InputFault};
+pub(crate) use fault::{
+    DAMAGED, OTHER_VARIABLE, SIMULATE, UNFINISHED, shape_of, some_of, uneven_advice,
+};
+pub use fault::{Fault, FormatError, InputFault};
 pub use nearest::nearest_key;
 pub(crate) use nearest::{listed, one_of_words};
-pub use scan::ScanFault;
-pub(crate) use scene::reworded;
-pub use scene::{KeyPlace, Problem, SceneFault};
+pub use scene::{KeyPlace, SceneFault};
 pub(crate) use wavecascade_system::memory::size;
 use wavecascade_system::publish::final_path;
 
@@ -53,17 +49,17 @@ pub enum Error {
         fault: InputFault,
     },
 
-    /// A file that does not go with the others of a scan.
+    /// A request for a scan that does not fit a file of it.
     #[error("{}: {fault}", path.display())]
     Scan {
         path: PathBuf,
         #[source]
-        fault: Box<ScanFault>,
+        fault: Fault,
     },
 
-    /// A file that was written to, or another put in its place, while it was in use.
+    /// A file that was written to, or another put in its place, while it was in use: what was expected and found.
     #[error("{} was changed or replaced while it was read: {change}", path.display())]
-    Changed { path: PathBuf, change: FileChange },
+    Changed { path: PathBuf, change: String },
 
     /// Samples that are neither finite nor declared as gaps.
     #[error(
@@ -131,47 +127,15 @@ pub enum Error {
     #[error("{what} needs {} of memory, which the system refuses", size(*needed))]
     Refused { what: &'static str, needed: u64 },
 
-    /// Spectra whose energy is not that of the samples.
-    #[error(
-        "spectra {spectra}: expected the energy of the samples to a relative {bound:e} (Parseval's \
-         identity), found it off by {residual:.3e}"
-    )]
-    Parseval {
-        spectra: &'static str,
-        residual: f64,
-        bound: f64,
-    },
+    /// Work that could not be done: threads that did not start, a figure that could not be drawn, spectra whose energy
+    /// is not that of the samples (Parseval's identity).
+    #[error("{0}")]
+    Failed(Fault),
 
-    /// Samples beside others that are too large for both in one precision.
-    #[error(
-        "expected the samples that segments reach in the range of the precision, found them up to \
-         {reached:.3e} beside others up to {largest:.3e}"
-    )]
-    Range { reached: f64, largest: f64 },
-
-    /// The worker threads could not be started.
-    #[error("cannot start {threads} worker threads: {reason}")]
-    Threads { threads: usize, reason: String },
-
-    /// A figure could not be drawn.
-    #[error("cannot draw {figure}: {reason}")]
-    Draw { figure: String, reason: String },
-
-    /// An iteration that found no solution, or not the requested one.
-    #[error("{what}: expected {expected}, found {found}")]
-    Unresolved {
-        what: String,
-        expected: String,
-        found: String,
-    },
-
-    /// A measured quantity that noise leaves nothing of.
-    #[error("{what}: expected more than twice its standard error {error:.3e}, found {signal:.3e}")]
-    BelowNoise {
-        what: String,
-        signal: f64,
-        error: f64,
-    },
+    /// What was asked cannot be told: noise leaves nothing of it, an iteration found no solution, or samples are too
+    /// small beside others for both in one precision.
+    #[error("{0}")]
+    Unresolved(Fault),
 
     /// The observer asked to stop.
     #[error("cancelled; nothing was written")]
@@ -189,6 +153,13 @@ impl From<InputFault> for Error {
     }
 }
 
+impl From<Fault> for Error {
+    /// As that of an [`InputFault`].
+    fn from(fault: Fault) -> Error {
+        InputFault::Other(fault).into()
+    }
+}
+
 impl From<FormatError> for Error {
     fn from(fault: FormatError) -> Error {
         match fault {
@@ -199,10 +170,10 @@ impl From<FormatError> for Error {
                 needed,
                 allowed,
             },
-            fault => InputFault::Container {
-                fault: Box::new(fault),
+            FormatError::Unsupported { what, way_out } => {
+                Fault::expected("a part of the format that is read", what, way_out).into()
             }
-            .into(),
+            damaged => Fault::new(damaged.to_string(), DAMAGED).into(),
         }
     }
 }
@@ -210,35 +181,40 @@ impl From<FormatError> for Error {
 impl Error {
     /// Whether the request itself is at fault (exit code 2) rather than the run (exit code 1).
     pub fn is_usage(&self) -> bool {
-        match self {
-            Error::Scan { fault, .. } => fault.is_usage(),
-            Error::Request { .. } | Error::Unfit { .. } | Error::Scene { .. } => true,
-            Error::Exists { .. } | Error::OutputInUse { .. } | Error::Busy { .. } => true,
-            Error::Memory { .. } => true,
-            _ => false,
-        }
+        use Error::*;
+        matches!(
+            self,
+            Request { .. }
+                | Unfit { .. }
+                | Scan { .. }
+                | Scene { .. }
+                | Exists { .. }
+                | OutputInUse { .. }
+                | Busy { .. }
+                | Memory { .. }
+        )
     }
 
     /// The error with `path` as the file at fault, if the error names that file otherwise: a field
     /// by its own name, or the keys `field`, `record` or `quantity` of a request.
     #[must_use]
     pub fn of_file(mut self, path: &Path) -> Error {
-        match &mut self {
-            Error::NonFinite { name, .. } => *name = path.display().to_string(),
+        if let Error::NonFinite { name, .. } = &mut self {
+            *name = path.display().to_string();
+        }
+        let path = path.to_owned();
+        match self {
             Error::Request {
                 option: "field" | "record" | "quantity",
                 expected,
                 found,
-            } => {
-                return Error::Unfit {
-                    path: path.to_owned(),
-                    expected: std::mem::take(expected),
-                    found: std::mem::take(found),
-                };
-            }
-            _ => {}
+            } => Error::Unfit {
+                path,
+                expected,
+                found,
+            },
+            other => other,
         }
-        self
     }
 
     /// The error where sample 0 of the field is sample `before` of a record.
@@ -266,9 +242,10 @@ impl Error {
     /// The error with the option that was typed, where the library calls it `known`.
     #[must_use]
     pub fn of_option(mut self, known: &str, typed: &'static str) -> Error {
-        match &mut self {
-            Error::Request { option, .. } if *option == known => *option = typed,
-            _ => {}
+        if let Error::Request { option, .. } = &mut self
+            && *option == known
+        {
+            *option = typed;
         }
         self
     }
@@ -300,6 +277,21 @@ impl Error {
         is_so.then_some(()).ok_or_else(error)
     }
 
+    /// [`Error::Failed`], without an advice.
+    pub fn failed(said: impl Into<String>) -> Error {
+        Error::Failed(Fault::new(said, ""))
+    }
+
+    /// Of spectra whose energy is not that of the samples.
+    pub(crate) fn parseval(spectra: &str, residual: f64, bound: f64) -> Error {
+        let said = format!(
+            "spectra {spectra}: expected the energy of the samples to a relative {bound:e} (Parseval's \
+             identity), found it off by {residual:.3e}"
+        );
+        let advice = "repeat it with `--precision f64`; if it stays, check the largest and smallest samples of the field";
+        Error::Failed(Fault::new(said, advice))
+    }
+
     /// [`Error::Memory`] where more than what is allowed is needed.
     pub(crate) fn beyond_memory(what: &'static str, needed: u64, allowed: u64) -> Result<()> {
         let error = Error::Memory {
@@ -318,20 +310,19 @@ impl Error {
 
     /// The error with `path` as the file whose fault was found where that is not known.
     pub(crate) fn at(mut self, path: &Path) -> Error {
-        match &mut self {
-            Error::Input { path: known, .. } if known.as_os_str().is_empty() => {
-                *known = path.into()
-            }
-            _ => {}
+        if let Error::Input { path: known, .. } = &mut self
+            && known.as_os_str().is_empty()
+        {
+            *known = path.into();
         }
         self
     }
 
     /// A fault of what the file at `path` holds.
-    pub(crate) fn input(path: &Path) -> impl Fn(InputFault) -> Error + Copy {
+    pub(crate) fn input<F: Into<InputFault>>(path: &Path) -> impl Fn(F) -> Error + Copy {
         move |fault| Error::Input {
             path: path.to_owned(),
-            fault,
+            fault: fault.into(),
         }
     }
 

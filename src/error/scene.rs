@@ -1,9 +1,10 @@
 //! What is wrong with a scene, and where.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::path::PathBuf;
 
-use super::{one_of_words, size};
+use super::{Fault, one_of_words};
 
 /// Where a key of a scene was typed.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -16,31 +17,15 @@ pub enum KeyPlace {
     Nowhere,
 }
 
-/// What is wrong.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Problem {
-    /// The text is no TOML.
-    Syntax { reason: String },
-    /// A value that is absent, unknown, contradictory or not physical.
-    Value { expected: String, found: String },
-    /// A run whose results do not fit the memory, in bytes.
-    TooLarge {
-        sites: usize,
-        samples: usize,
-        needed: u64,
-        allowed: u64,
-    },
-}
-
-/// A fault of a scene.
+/// A fault of a scene: a text that is no TOML, a value that is absent, unknown, contradictory or not physical, a run whose
+/// results do not fit the memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SceneFault {
     pub place: KeyPlace,
     /// The key at fault, such as `stiffness_ratio` or `defect[1].site`; empty for a fault of
     /// syntax.
     pub key: String,
-    pub problem: Problem,
+    pub fault: Fault,
 }
 
 impl fmt::Display for SceneFault {
@@ -57,42 +42,63 @@ impl fmt::Display for SceneFault {
         if !matches!(self.place, KeyPlace::Setting { .. }) && !self.key.is_empty() {
             write!(f, "{}: ", self.key)?;
         }
-        match &self.problem {
-            Problem::Syntax { reason } => f.write_str(reason),
-            Problem::Value { expected, found } => write!(f, "expected {expected}, found {found}"),
-            Problem::TooLarge {
-                sites,
-                samples,
-                needed,
-                allowed,
-            } => write!(
-                f,
-                "expected a run that fits {} of memory, found {sites} sites at {samples} samples, \
-                 which need {}",
-                size(*allowed),
-                size(*needed)
-            ),
-        }
+        self.fault.fmt(f)
     }
 }
 
 impl SceneFault {
+    /// Of a value.
     pub(crate) fn new(
         place: KeyPlace,
         key: &str,
         expected: impl Into<String>,
         found: impl fmt::Display,
     ) -> SceneFault {
+        let advice = match &place {
+            // Not one of its keys is at fault, but the file.
+            KeyPlace::File { path, line: None } if key.is_empty() => Cow::Owned(format!(
+                "{START}; is it a field, `cascade analyze {}` reads it",
+                path.display()
+            )),
+            KeyPlace::Setting { source } if source.starts_with("values of ") => {
+                "write values as a list, 1,2,4, or a range: 1:10:19 (19 in equal steps), 1:10:19log, 1:10 (whole numbers)".into()
+            }
+            _ => "`cascade scene` prints all keys with what they mean".into(),
+        };
         SceneFault {
             place,
             key: shortened(key),
-            problem: Problem::Value {
-                expected: expected.into(),
-                found: shortened(&found.to_string()),
-            },
+            fault: Fault::expected(expected.into(), shortened(&found.to_string()), advice),
         }
     }
+
+    /// Of a text that is no TOML, or no scene.
+    pub(crate) fn syntax(place: KeyPlace, key: &str, reason: impl Into<String>) -> SceneFault {
+        SceneFault {
+            place,
+            key: key.to_owned(),
+            fault: Fault::new(reason, START),
+        }
+    }
+
+    /// Of what serde says in `message`: as an expected and a found value, where it names both.
+    pub(crate) fn of_serde(place: KeyPlace, key: &str, message: &str) -> SceneFault {
+        let split = |prefix: &str| message.strip_prefix(prefix)?.split_once(", expected ");
+        let invalid = ["invalid type: ", "invalid value: ", "invalid length "];
+        if let Some((found, expected)) = invalid.into_iter().find_map(split) {
+            return SceneFault::new(place, key, plain(expected), plain(found));
+        }
+        let unknown = ["unknown variant ", "unknown field "];
+        if let Some((found, expected)) = unknown.into_iter().find_map(split) {
+            let known: Vec<&str> = expected.split('`').skip(1).step_by(2).collect();
+            let expected = one_of_words(found.trim_matches('`'), &known);
+            return SceneFault::new(place, key, plain(&expected), plain(found));
+        }
+        SceneFault::syntax(place, key, shortened(message))
+    }
 }
+
+const START: &str = "`cascade scene` prints a scene to start from";
 
 /// A text, shortened to fit a message.
 fn shortened(text: &str) -> String {
@@ -100,27 +106,6 @@ fn shortened(text: &str) -> String {
     match text.char_indices().nth(MOST) {
         Some((end, _)) => format!("{}...", &text[..end]),
         None => text.to_owned(),
-    }
-}
-
-/// A message of serde as an expected and a found value.
-pub(crate) fn reworded(message: &str) -> Problem {
-    let value = |expected: &str, found: &str| Problem::Value {
-        expected: plain(expected),
-        found: shortened(&plain(found)),
-    };
-    let split = |prefix: &str| message.strip_prefix(prefix)?.split_once(", expected ");
-    let invalid = ["invalid type: ", "invalid value: ", "invalid length "];
-    if let Some((found, expected)) = invalid.into_iter().find_map(split) {
-        return value(expected, found);
-    }
-    let unknown = ["unknown variant ", "unknown field "];
-    if let Some((found, expected)) = unknown.into_iter().find_map(split) {
-        let known: Vec<&str> = expected.split('`').skip(1).step_by(2).collect();
-        return value(&one_of_words(found.trim_matches('`'), &known), found);
-    }
-    Problem::Syntax {
-        reason: shortened(message),
     }
 }
 

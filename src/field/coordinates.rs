@@ -6,7 +6,7 @@ use super::interpolate::{Interpolant, Interpolation};
 use super::note::resampled;
 use super::resample::Resample;
 use super::{Axis, Note};
-use crate::error::InputFault;
+use crate::error::{Fault, InputFault};
 use crate::measure::{self, Dimension, Measure};
 use crate::numeric::median;
 
@@ -40,13 +40,15 @@ impl Uneven {
     pub(crate) fn fault(self, axis: &'static str) -> InputFault {
         let (index, expected, found) = (self.index, self.expected, self.found);
         match self.is_gap {
-            true => InputFault::LongStep {
-                axis,
-                index,
-                limit: Resample::LONGEST_STEP,
-                expected,
-                found,
-            },
+            true => {
+                let limit = Resample::LONGEST_STEP;
+                let steps =
+                    format!("{axis} steps of at most {limit} medians of {expected} to resample");
+                let found = format!("{found} before {axis} index {index}");
+                let advice =
+                    "fill in missing samples as `nan`, or save both sides as fields of their own";
+                Fault::expected(steps, found, advice).into()
+            }
             false => InputFault::UnevenAxis {
                 axis,
                 index,
@@ -255,7 +257,7 @@ impl Coordinates {
         self,
         [origin, step]: [Option<Measure<D>>; 2],
         unit: Option<String>,
-    ) -> Result<Axis, InputFault> {
+    ) -> Result<Axis, Fault> {
         let unit = unit
             .or(self.unit)
             .map(|unit| measure::symbol_or::<D>(&unit));
@@ -264,9 +266,13 @@ impl Coordinates {
         let unit = unit.or_else(|| is_typed.then(|| D::UNITS[0].0.to_owned()));
         let convert = |measure: Measure<D>| {
             let found = unit.clone().unwrap_or_default();
-            let expected = measure::units::<D>();
             let converted = measure.in_unit(&found);
-            converted.ok_or(InputFault::UnitOfAxis { expected, found })
+            converted.ok_or_else(|| {
+                let units = measure::units::<D>();
+                let expected = "an axis in a unit that a step or an origin with a unit can be converted to";
+                let advice = "state numbers without a unit, or the axis's with `--time-unit` or `--space-unit`";
+                Fault::expected(format!("{expected} ({units})"), format!("{found:?}"), advice)
+            })
         };
         let origin = origin.map(convert).transpose()?;
         let step = step.map(convert).transpose()?;

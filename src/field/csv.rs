@@ -17,7 +17,7 @@ use super::rows::{RowReader, line_of_row};
 use super::stamp::Stamp;
 use super::storage::{Storage, by_rows};
 use super::{Field, Layout, Note, header};
-use crate::error::{CoordinateKind, Error, InputFault, Result};
+use crate::error::{Error, Fault, InputFault, Result, UNFINISHED, uneven_advice};
 use crate::measure::{self, Time, digits, symbol};
 use crate::system::memory::try_with_capacity;
 
@@ -26,7 +26,7 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
     let mut rows = RowReader::new(source)?;
     let mut record = ByteRecord::new();
     if !rows.next(&mut record)? {
-        return Err(InputFault::NoRows.into());
+        return Err(no_rows().into());
     }
     let options = source.options;
     let mut preamble = preamble(source, &mut rows, &mut record)?;
@@ -80,7 +80,7 @@ fn preamble(
     source: &FileSource,
     rows: &mut RowReader,
     record: &mut ByteRecord,
-) -> Result<Preamble, InputFault> {
+) -> Result<Preamble, Fault> {
     let stated = source.options.header;
     if stated == Header::Detect && Preamble::is_beside(record) {
         rows.leave_out(SETTING_CELLS, record);
@@ -91,7 +91,7 @@ fn preamble(
     while is_one {
         first_rows.push(record.clone());
         if !rows.next(record)? {
-            return Err(InputFault::NoRows);
+            return Err(no_rows());
         }
         is_one = stated == Header::Detect && Preamble::may_continue(&first_rows, record);
     }
@@ -101,12 +101,23 @@ fn preamble(
     }
     preamble.with_rows(&first_rows, record).map_err(|row| {
         let row = &first_rows[row.min(first_rows.len() - 1)];
-        InputFault::Cell {
-            line: line_of_row(&source.bytes, starts_at(row)),
-            column: 1,
-            found: excerpt(&row[0]),
-        }
+        no_number(line_of_row(&source.bytes, starts_at(row)), 1, &row[0])
     })
+}
+
+fn no_rows() -> Fault {
+    Fault::expected("rows of numbers", "only a header", UNFINISHED)
+}
+
+/// The fault of a cell; lines and columns count from 1.
+fn no_number(line: u64, column: usize, cell: &[u8]) -> Fault {
+    let advice = match line {
+        1 => "state `--header present` if it is a header; an empty cell is a gap",
+        _ => "write numbers with a decimal point; an empty cell or `nan` is a gap",
+    };
+    let found = excerpt(cell);
+    let said = format!("line {line}, column {column}: expected a number, found {found:?}");
+    Fault::new(said, advice)
 }
 
 /// A column of coordinates of the rows.
@@ -179,7 +190,10 @@ impl Table<'_> {
         let is_clock = |c: &usize| self.clocks.iter().any(|clock| clock.column == *c);
         self.columns = (0..width).filter(|c| !is_clock(c)).collect();
         if self.columns.is_empty() {
-            return Err(InputFault::NoColumns.into());
+            let advice = "state `--time-column none` if the one column holds samples";
+            return Err(
+                Fault::expected("a column of samples beside the times", "none", advice).into(),
+            );
         }
         let most = count_lines(&source.bytes).saturating_mul(self.columns.len());
         let most = most.min(source.bytes.len() + 1);
@@ -215,9 +229,12 @@ impl Table<'_> {
             true => self.names.clone(),
             false => (0..width).map(|column| column.to_string()).collect(),
         };
-        Ok(vec![
-            column.ok_or(InputFault::NoSuchColumn { asked, columns })?,
-        ])
+        let no_such = || {
+            let found = format!("the columns {}", columns.join(", "));
+            let advice = "name one of the columns, or count them from 0";
+            Fault::expected(format!("the time column {asked}"), found, advice)
+        };
+        Ok(vec![column.ok_or_else(no_such)?])
     }
 
     /// Those that names, units or dates in the first row say.
@@ -244,16 +261,15 @@ impl Table<'_> {
         }
     }
 
-    fn push(&mut self, record: &ByteRecord) -> Result<(), InputFault> {
+    fn push(&mut self, record: &ByteRecord) -> Result<(), Fault> {
         let width = self.names.len();
         // A separator behind the last cell of a row ends no cell.
         let is_longer = record.len() > width && length(record, |_| false) > width;
         if record.len() < width || is_longer {
-            return Err(InputFault::Ragged {
-                line: self.line(starts_at(record)),
-                expected: width,
-                found: record.len(),
-            });
+            let (line, found) = (self.line(starts_at(record)), record.len());
+            let advice = "give every row the same number of cells; an empty cell is a gap";
+            let said = format!("line {line}: expected {width} cells, found {found}");
+            return Err(Fault::new(said, advice));
         }
         if let Some(cell) = record.get(0) {
             self.rounding = self.rounding.min(printed_unit(cell));
@@ -270,11 +286,7 @@ impl Table<'_> {
                 }
             };
             if !is_read {
-                return Err(InputFault::Cell {
-                    line: self.line(starts_at(record)),
-                    column: column + 1,
-                    found: excerpt(cell),
-                });
+                return Err(no_number(self.line(starts_at(record)), column + 1, cell));
             }
         }
         Ok(())
@@ -305,7 +317,7 @@ impl Table<'_> {
     /// # Errors
     /// If it may hold either coordinates or samples: other columns rise evenly too, or it rises
     /// unevenly, or never falls as a coarse clock does.
-    fn judge_first_column(&mut self) -> Result<(), InputFault> {
+    fn judge_first_column(&mut self) -> Result<(), Fault> {
         // Two rows always rise evenly or fall, and a few rise by chance.
         const EVENLY: usize = 3;
         const UNEVENLY: usize = 8;
@@ -315,15 +327,23 @@ impl Table<'_> {
         }
         let first = self.column(0);
         let layout = self.source.layout();
-        let coordinates = match layout {
-            Layout::TimeSite => CoordinateKind::Times,
-            Layout::SiteTime => CoordinateKind::Positions,
+        let (what, advice) = match layout {
+            Layout::TimeSite => (
+                "times",
+                "state `--time-column 0` if it holds times, `--time-column none` if it holds samples",
+            ),
+            Layout::SiteTime => (
+                "positions",
+                "name positions `x` in a header; state `--time-column none` for samples",
+            ),
         };
-        let doubt = |reason| {
-            Err(InputFault::FirstColumn {
-                coordinates,
-                reason,
-            })
+        let doubt = |reason: &str| {
+            let expected = format!("a first column of samples or of {what}");
+            Err(Fault::expected(
+                expected,
+                format!("one that {reason}"),
+                advice,
+            ))
         };
         let rises = |values: &[f64]| values.is_sorted() && values.first() < values.last();
         let Ok(even) = Coordinates::fit(&first, self.rounding) else {
@@ -341,7 +361,7 @@ impl Table<'_> {
         if (1..width).any(is_even) {
             return doubt("rises evenly, and so does another");
         }
-        let (what, step) = (coordinates.words(), digits(even.step.unwrap_or(1.0)));
+        let step = digits(even.step.unwrap_or(1.0));
         let text = format!("the first column holds the {what}, since it rises evenly by {step}");
         let note = Note::told("first-column", text);
         let advice = "where it holds samples, state `--time-column none`";
@@ -444,11 +464,9 @@ impl Table<'_> {
                 ..
             } if rows_are_times => {
                 let line = self.line(self.lines[index]);
-                InputFault::UnevenTimes {
-                    line,
-                    expected,
-                    found,
-                }
+                let said =
+                    format!("line {line}: expected a time step of {expected}, found {found}");
+                Fault::new(said, uneven_advice(found)).into()
             }
             other => other,
         })?;

@@ -10,7 +10,7 @@ use memmap2::Mmap;
 
 use super::options::ReadMode;
 use super::state::FileState;
-use crate::error::{Error, FileKind, InputFault, Result};
+use crate::error::{Error, Fault, Result, UNFINISHED};
 use crate::system::signals::Watched;
 
 /// Bytes that are treated at a time.
@@ -62,7 +62,8 @@ impl FileBytes {
         let is_empty = regular_file(path)?.len() == 0;
         let file = File::open(path).map_err(Error::read("open", path))?;
         if is_empty {
-            return Err(Error::input(path)(InputFault::Empty));
+            let fault = Fault::expected("samples", "an empty file", UNFINISHED);
+            return Err(Error::input(path)(fault));
         }
         let opened = FileState::opened(&file, path)?;
         let bytes = match mode {
@@ -168,25 +169,29 @@ pub(crate) fn regular_file(path: &Path) -> Result<Metadata> {
     let metadata = std::fs::metadata(path).map_err(Error::read("read", path))?;
     match irregular_kind(&metadata) {
         None => Ok(metadata),
-        Some(found) => Err(Error::input(path)(InputFault::NotAFile { found })),
+        Some(found) => {
+            let advice = "name a file inside it, or write the samples to a file first";
+            let fault = Fault::expected("a file", found, advice);
+            Err(Error::input(path)(fault))
+        }
     }
 }
 
-fn irregular_kind(metadata: &Metadata) -> Option<FileKind> {
+fn irregular_kind(metadata: &Metadata) -> Option<&'static str> {
     let kind = metadata.file_type();
     #[cfg(unix)]
     {
         use std::os::unix::fs::FileTypeExt;
         if kind.is_fifo() {
-            return Some(FileKind::Pipe);
+            return Some("a pipe");
         }
         if kind.is_socket() {
-            return Some(FileKind::Socket);
+            return Some("a socket");
         }
     }
     match () {
-        _ if kind.is_dir() => Some(FileKind::Directory),
+        _ if kind.is_dir() => Some("a directory"),
         _ if kind.is_file() => None,
-        _ => Some(FileKind::Device),
+        _ => Some("a device"),
     }
 }

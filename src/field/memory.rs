@@ -10,7 +10,7 @@ use super::sidecar::Sidecar;
 use super::statements::Statements;
 use super::storage::{Bytes, Storage};
 use super::{ByteOrder, Field, Note, Sample, labelled, meaning};
-use crate::error::{InputFault, Result};
+use crate::error::{Fault, Result, UNFINISHED};
 
 /// Bytes of another owner, which stay as they are while anything refers to them.
 #[derive(Clone)]
@@ -80,7 +80,7 @@ pub struct MemoryLabels {
 
 impl MemorySamples {
     /// The samples in rows, if they lie so; otherwise by their strides.
-    fn storage(self) -> Result<Storage, InputFault> {
+    fn storage(self) -> Result<Storage, Fault> {
         let (shape, strides, start) = (self.shape, self.strides, self.start);
         let size = self.sample.bytes();
         let length = self.bytes.as_slice().len();
@@ -95,7 +95,7 @@ impl MemorySamples {
         let end = (start_at.saturating_add(reach(1)) as usize).saturating_add(size);
         if end > length || start_at.saturating_add(reach(-1)) < 0 {
             let (claimed, most) = (end as u64, length as u64);
-            return Err(InputFault::Overclaimed { claimed, most });
+            return Err(Fault::overclaimed(claimed, most));
         }
         let (bytes, numbers) = (Bytes::Held(self.bytes), (self.sample, self.order));
         Ok(Storage::new(bytes, numbers, start, shape, strides))
@@ -128,7 +128,7 @@ impl Field {
         let stated = options.over(Sidecar::default());
         let [n_times, n_sites] = samples.shape;
         if n_times == 0 || n_sites == 0 {
-            return Err(InputFault::Empty.into());
+            return Err(Fault::expected("samples", "an empty file", UNFINISHED).into());
         }
         let storage = samples.storage()?;
         let start = labels.start.map(|time| Note::start(&time));

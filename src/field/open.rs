@@ -16,7 +16,7 @@ use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
 use super::state::FileState;
 use super::{Field, Layout, Note, Quantity, csv, directory, labelled};
-use crate::error::{Error, ForeignFormat, InputFault, Result};
+use crate::error::{Error, Fault, Result};
 use crate::measure::{Dimension, Length, quotient};
 
 /// Input of the format readers: the bytes of a file and its settings.
@@ -398,7 +398,7 @@ fn check(format: Format, path: &Path, options: &OpenOptions) -> Result<()> {
 }
 
 /// Detects the format from the magic bytes, else from the extension.
-fn detect(path: &Path, bytes: &[u8]) -> Result<Format, InputFault> {
+fn detect(path: &Path, bytes: &[u8]) -> Result<Format, Fault> {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let extension = extension.to_string_lossy();
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -413,8 +413,8 @@ fn detect(path: &Path, bytes: &[u8]) -> Result<Format, InputFault> {
         true => ("", "text with the extension"),
         false => (extension.as_ref(), "the extension"),
     };
-    if let Some(format) = ForeignFormat::detect(name, bytes) {
-        return Err(InputFault::ForeignFormat { format });
+    if let Some([format, advice]) = foreign(name, bytes) {
+        return Err(Fault::expected(READ, format, advice));
     }
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
         return Ok(Format::Npz);
@@ -423,9 +423,61 @@ fn detect(path: &Path, bytes: &[u8]) -> Result<Format, InputFault> {
         "npy" => Ok(Format::Npy),
         "npz" => Ok(Format::Npz),
         "csv" | "tsv" | "txt" => Ok(Format::Table),
-        other => Err(InputFault::UnknownFormat {
-            found: format!("{called} {other:?}"),
-        }),
+        other => {
+            let advice = match other {
+                "toml" => {
+                    "a scene is run first: `cascade simulate SCENE.toml`, then `cascade analyze SCENE.npz`; beside a field, name the field"
+                }
+                _ => "convert it with `numpy.save(\"field.npy\", array)`",
+            };
+            Err(Fault::expected(READ, format!("{called} {other:?}"), advice))
+        }
+    }
+}
+
+const READ: &str = "NumPy (.npy, .npz), text (.csv, .tsv, .txt), HDF5, NetCDF, MATLAB, SEG-Y, UFF, TDMS, miniSEED or LAMMPS dumps";
+
+const RENAME: &str =
+    "the file is damaged, or its name is of another format: rename it, or write it again";
+
+/// First bytes of formats that are not read, or were not read as such, how messages call them and what to do.
+const FOREIGN: [(&[u8], [&str; 2]); 8] = [
+    (b"MATLAB 7.3 MAT-file", ["a MATLAB file", RENAME]),
+    (b"MATLAB 5.0 MAT-file", ["a MATLAB file", RENAME]),
+    (b"\x89HDF\r\n\x1a\n", ["an HDF5 file", RENAME]),
+    (b"\x1f\x8b", ["a gzip file", "unpack it with `gunzip`"]),
+    (
+        b"\x28\xb5\x2f\xfd",
+        ["a zstd file", "unpack it with `unzstd`"],
+    ),
+    (b"CDF", ["a NetCDF file", RENAME]),
+    (
+        b"PAR1",
+        [
+            "a Parquet file",
+            "save it as CSV: `pandas.read_parquet(path).to_csv(\"field.csv\", index=False)`",
+        ],
+    ),
+    (
+        b"RIFF",
+        [
+            "a WAV file",
+            "convert it in Python, one channel a site: `rate, v = scipy.io.wavfile.read(path); \
+             numpy.save(\"field.npy\", v.astype(float))`, and state `--rate`",
+        ],
+    ),
+];
+
+/// Of a file with this extension (lower case) and these first bytes that is in one of them.
+fn foreign(extension: &str, bytes: &[u8]) -> Option<[&'static str; 2]> {
+    // NetCDF 4 is HDF5 inside, a spreadsheet a zip archive.
+    match extension {
+        "nc" | "nc4" => Some(["a NetCDF file", RENAME]),
+        "xlsx" | "xls" | "ods" => Some(["a spreadsheet", "save it as CSV"]),
+        _ => FOREIGN
+            .iter()
+            .find(|it| bytes.starts_with(it.0))
+            .map(|it| it.1),
     }
 }
 

@@ -10,7 +10,7 @@ use super::csv::{excerpt, number};
 use super::meaning::{Meaning, enclosed, known_as, quantity};
 use super::rows::with_point;
 use super::statements::{Statement, Statements};
-use crate::error::InputFault;
+use crate::error::Fault;
 use crate::measure::{Frequency, Time, symbol};
 
 /// Rows before those of numbers.
@@ -254,7 +254,14 @@ pub(super) fn unit_of(text: &str) -> String {
 ///
 /// # Errors
 /// The line of one that has.
-pub(super) fn check_commas(text: &[u8]) -> Result<(), InputFault> {
+pub(super) fn check_commas(text: &[u8]) -> Result<(), Fault> {
+    let both = |line: usize, found: String| {
+        let text = format!(
+            "line {line}: expected commas between numbers or within them, found both in {found:?}; write the \
+             table with semicolons or tabs between its cells"
+        );
+        Err(Fault::new(text, ""))
+    };
     let is_digit = |byte: &u8| byte.is_ascii_digit();
     // The digits of a number without a point, before its exponent.
     let digits = |cell: &'_ [u8]| -> Option<Vec<u8>> {
@@ -267,8 +274,7 @@ pub(super) fn check_commas(text: &[u8]) -> Result<(), InputFault> {
         let quoted = text.split(|&byte| byte == b'"').skip(1).step_by(2);
         let mut with_comma = quoted.filter(|cell| matches!(with_point(cell), Cow::Owned(_)));
         if let Some(cell) = with_comma.next() {
-            let found = excerpt(cell);
-            return Err(InputFault::DecimalCommas { line, found });
+            return both(line, excerpt(cell));
         }
         let cells = text.split(|&byte| byte == b',');
         let cells: Vec<&[u8]> = cells.map(<[u8]>::trim_ascii).collect();
@@ -276,8 +282,7 @@ pub(super) fn check_commas(text: &[u8]) -> Result<(), InputFault> {
         let is_padded = |digits: &Vec<u8>| digits.len() > 1 && digits[0] == b'0';
         let padded = all.iter().flatten().skip(1).position(is_padded);
         if let Some(at) = padded {
-            let found = [excerpt(cells[at]), excerpt(cells[at + 1])].join(",");
-            return Err(InputFault::DecimalCommas { line, found });
+            return both(line, [excerpt(cells[at]), excerpt(cells[at + 1])].join(","));
         }
     }
     Ok(())

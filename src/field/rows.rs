@@ -8,7 +8,7 @@ use csv::{ByteRecord, ReaderBuilder};
 use super::open::FileSource;
 use super::preamble::check_commas;
 use super::stamp::Stamp;
-use crate::error::InputFault;
+use crate::error::Fault;
 
 /// Bytes of one row, line ends in quotes included.
 const ROW_LIMIT: usize = 16 << 20;
@@ -31,15 +31,16 @@ struct Dialect {
 }
 
 impl<'a> RowReader<'a> {
-    pub(super) fn new(source: &'a FileSource) -> Result<RowReader<'a>, InputFault> {
+    pub(super) fn new(source: &'a FileSource) -> Result<RowReader<'a>, Fault> {
         let bytes = &source.bytes[..];
         let sample = &bytes[..bytes.len().min(1 << 16)];
-        if sample.starts_with(b"\xff\xfe") || sample.starts_with(b"\xfe\xff") {
-            return Err(InputFault::Encoding { found: "UTF-16" });
-        }
-        if sample.contains(&0) {
-            let found = "binary data";
-            return Err(InputFault::Encoding { found });
+        let found = match sample.starts_with(b"\xff\xfe") || sample.starts_with(b"\xfe\xff") {
+            true => Some("UTF-16"),
+            false => sample.contains(&0).then_some("binary data"),
+        };
+        if let Some(found) = found {
+            let advice = "save the table as plain UTF-8 text";
+            return Err(Fault::expected("text in UTF-8", found, advice));
         }
         let start = if sample.starts_with(BOM) {
             BOM.len()
@@ -102,13 +103,15 @@ impl<'a> RowReader<'a> {
     }
 
     /// Whether there was another row.
-    pub(super) fn next(&mut self, record: &mut ByteRecord) -> Result<bool, InputFault> {
+    pub(super) fn next(&mut self, record: &mut ByteRecord) -> Result<bool, Fault> {
         self.reader.get_mut().allowance = ROW_LIMIT;
         let line = self.reader.position().line();
         let read = self.reader.read_byte_record(record);
-        let read = read.map_err(|_| InputFault::RowLength {
-            line: line_of_row(self.reader.get_ref().text, line),
-            limit: ROW_LIMIT,
+        let read = read.map_err(|_| {
+            let line = line_of_row(self.reader.get_ref().text, line);
+            let expected = format!("line {line}: expected a row of at most {ROW_LIMIT} bytes");
+            let advice = "check the line ends and quotes, or save the table as `.npy`";
+            Fault::new(expected + ", found a longer one", advice)
         })?;
         if self.left_out > 0 || self.dialect.has_decimal_commas {
             self.cut(record);

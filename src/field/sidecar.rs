@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::file_bytes::regular_file;
 use super::{Layout, Quantity};
-use crate::error::{Error, InputFault, Result};
+use crate::error::{Error, Fault, InputFault, Result};
 use crate::measure::{Dimension, Frequency, Length, Measure, Time};
 
 const LENGTH_LIMIT: u64 = 65_536;
@@ -81,11 +81,10 @@ impl Sidecar {
             (true, false) => replaced,
             (false, true) => appended,
             (true, true) => {
-                let name = |path: &Path| path.to_string_lossy().into_owned();
-                return Err(Error::input(field)(InputFault::TwoSidecars {
-                    first: name(&replaced),
-                    second: name(&appended),
-                }));
+                let [first, second] = [&replaced, &appended].map(|path| path.to_string_lossy());
+                let found = format!("{first:?} and {second:?}");
+                let fault = Fault::expected("one sidecar", found, "keep one of the two");
+                return Err(Error::input(field)(fault));
             }
         };
         let sidecar = Sidecar::read(&path)?;
@@ -97,7 +96,9 @@ impl Sidecar {
         let found = regular_file(path)?.len();
         if found > LENGTH_LIMIT {
             let limit = LENGTH_LIMIT;
-            return Err(fault(InputFault::SidecarLength { found, limit }));
+            let expected = format!("at most {limit} bytes of settings");
+            let advice = "keep only the settings of the field in it";
+            return Err(fault(Fault::expected(expected, found, advice).into()));
         }
         let text = std::fs::read_to_string(path).map_err(Error::read("read", path))?;
         Sidecar::parse(&text).map_err(fault)
@@ -106,26 +107,25 @@ impl Sidecar {
     /// Reads the settings from TOML.
     ///
     /// # Errors
-    /// [`InputFault::Sidecar`] with the line and the offending key.
+    /// With the line and the offending key.
     pub fn parse(text: &str) -> Result<Sidecar, InputFault> {
+        let refused = |said: String| {
+            let keys =
+                "the keys are layout, dt, rate, dx, t0, x0, time_unit, space_unit, quantity, unit";
+            InputFault::from(Fault::new(said, keys))
+        };
         let fault = |error: &toml::de::Error, key: Option<String>| {
             let before = error.span().and_then(|span| text.get(..span.start));
-            InputFault::Sidecar {
-                line: before.map(|before| before.matches('\n').count() + 1),
-                key: key.filter(|key| key != "."),
-                reason: error.message().to_owned(),
-            }
+            let line = before.map(|before| format!("line {}: ", before.matches('\n').count() + 1));
+            let key = key.filter(|key| key != ".").map(|key| format!("{key}: "));
+            refused(line.unwrap_or_default() + &key.unwrap_or_default() + error.message())
         };
         let deserializer = toml::Deserializer::parse(text).map_err(|error| fault(&error, None))?;
         let parsed: Result<Sidecar, _> = serde_path_to_error::deserialize(deserializer);
         let sidecar =
             parsed.map_err(|error| fault(error.inner(), Some(error.path().to_string())))?;
         match (sidecar.dt, sidecar.rate) {
-            (Some(_), Some(_)) => Err(InputFault::Sidecar {
-                line: None,
-                key: Some("rate".into()),
-                reason: "expected it or dt, found both".into(),
-            }),
+            (Some(_), Some(_)) => Err(refused("rate: expected it or dt, found both".into())),
             _ => Ok(sidecar),
         }
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::file_bytes::regular_file;
-use crate::error::{Error, FileChange, Result};
+use crate::error::{Error, Result};
 
 /// A file as it was at some time: its length, when it was modified, and where there are inodes,
 /// which one it was and when that changed last: programs can set back the former time, not the latter.
@@ -76,26 +76,33 @@ impl FileState {
         }
     }
 
-    fn change_to(&self, now: &FileState) -> Option<FileChange> {
+    /// What was expected, and what was found.
+    fn change_to(&self, now: &FileState) -> Option<String> {
         #[cfg(unix)]
         if now.device_and_inode != self.device_and_inode {
-            return Some(FileChange::Replaced);
+            let found = "expected the file that was opened, found another in its place";
+            return Some(found.into());
         }
         if now.length != self.length {
-            return Some(FileChange::Length {
-                expected: self.length,
-                found: now.length,
-            });
+            let [expected, found] = [self.length, now.length];
+            return Some(format!("expected {expected} bytes, found {found}"));
         }
         if now.modified != self.modified {
-            return Some(FileChange::Modified {
-                expected: self.modified,
-                found: now.modified,
-            });
+            let times = self.modified.zip(now.modified);
+            let by = match times.map(|(before, now)| now.duration_since(before)) {
+                None => String::new(),
+                Some(Ok(later)) => format!(" {later:.3?} after the last before"),
+                Some(Err(earlier)) => {
+                    format!(" dated {:.3?} before the last one", earlier.duration())
+                }
+            };
+            let found = "expected no modification since it was opened, found one";
+            return Some(found.to_owned() + &by);
         }
         #[cfg(unix)]
         if now.inode_changed != self.inode_changed {
-            return Some(FileChange::TimeKept);
+            let found = "expected no change since it was opened, found one that kept the time of modification";
+            return Some(found.into());
         }
         None
     }

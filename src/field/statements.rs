@@ -12,7 +12,7 @@ use super::options::{Label, OpenOptions};
 use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
 use super::storage::Factor;
-use crate::error::InputFault;
+use crate::error::{Fault, InputFault};
 use crate::measure::{Dimension, Length, Measure, Time, digits, quotient, symbol, symbol_or};
 
 /// A statement beside samples.
@@ -293,12 +293,12 @@ impl Statements {
                 1 => Ok(Factor::one(numbers[0])),
                 n if n == n_sites && n != n_times => Ok(Factor::new(numbers.clone(), [0, 1])),
                 n if n == n_times && n != n_sites => Ok(Factor::new(numbers.clone(), [1, 0])),
-                _ => Err(InputFault::Factors {
-                    place: first.place.clone(),
-                    what,
-                    found: numbers.len(),
-                    shape: [n_times, n_sites],
-                }),
+                found => {
+                    let each = format!("one for each of {n_times} times or of {n_sites} sites");
+                    let found = format!("{found} numbers in `{}`", first.place);
+                    let advice = "correct the file, or save the samples apart";
+                    Err(Fault::expected(format!("one {what}, or {each}"), found, advice).into())
+                }
             }
         };
         Ok([
@@ -336,10 +336,19 @@ fn typed<D: Dimension>(number: &str, unit: &str) -> Option<Measure<D>> {
     Measure::parse(&format!("{number} {}", symbol::<D>(unit)?))
 }
 
+/// Two statements about the samples that differ.
 pub(super) fn contradiction(what: &'static str, first: String, second: String) -> InputFault {
-    InputFault::Contradiction {
-        what,
-        first,
-        second,
-    }
+    let advice = match what {
+        "sample interval" => "state the right one with `--dt` or `--rate`",
+        "distance of the sites" => "state the right one with `--dx`",
+        "clock" => "keep one of them; of a table, name the column with `--time-column`",
+        "unit of the samples" => "state the right one with `--unit`",
+        _ => "correct the file, or save the samples apart",
+    };
+    Fault::expected(
+        format!("one {what}"),
+        format!("{first} and {second}"),
+        advice,
+    )
+    .into()
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::error::InputFault;
+use crate::error::Fault;
 
 /// BLAKE3 hash of the values of an array, in hexadecimal.
 pub(crate) fn array_hash(values: &[f64]) -> String {
@@ -18,13 +18,19 @@ pub(crate) fn check_written(
     hashes: Option<&str>,
     what: &'static str,
     values: &[f64],
-) -> Result<(), InputFault> {
+) -> Result<(), Fault> {
     let hashes = serde_json::from_str::<BTreeMap<String, String>>(hashes.unwrap_or("{}"));
-    let hashes = hashes.map_err(|error| InputFault::RunReport {
-        reason: error.to_string(),
-    })?;
+    let hashes = hashes.map_err(Fault::report)?;
     match hashes.get(what) {
-        Some(hash) if *hash != array_hash(values) => Err(InputFault::RunChanged { what }),
+        Some(hash) if *hash != array_hash(values) => {
+            let expected = format!("the values of `{what}` that were written");
+            let advice = "make it anew with `cascade simulate`; other velocities are a field, to be saved as an `.npy` of its own";
+            Err(Fault::expected(
+                expected,
+                "others: its hash differs",
+                advice,
+            ))
+        }
         _ => Ok(()),
     }
 }

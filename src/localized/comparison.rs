@@ -90,7 +90,7 @@ impl Comparison {
     ) -> Result<OrderRow> {
         let (wave, reason) = match wave {
             Ok(wave) => (Some(wave), None),
-            Err(error @ Error::Unresolved { .. }) => (None, Some(error.to_string())),
+            Err(error @ Error::Unresolved(_)) => (None, Some(error.to_string())),
             Err(error) => return Err(error),
         };
         let exact = wave.as_ref().map(Exact::of);

@@ -3,7 +3,7 @@
 use super::equations::Grid;
 use super::problem::{Parameter, Problem};
 use super::series::Series;
-use crate::{Error, Result};
+use crate::error::{Error, Fault, Result};
 
 /// `psi(t) = F^{1/p}` of the solitary wave of `psi'' = (1/2) [psi(t+1)^p - 2 psi^p + psi(t-1)^p]`:
 /// the limit of a dimer's wave when its fast part has no inertia.
@@ -136,9 +136,9 @@ pub(super) fn unresolved(
     expected: impl Into<String>,
     found: impl Into<String>,
 ) -> Error {
-    Error::Unresolved {
-        what: what.into(),
-        expected: expected.into(),
-        found: found.into(),
-    }
+    let (expected, found) = (expected.into(), found.into());
+    Error::Unresolved(Fault::new(
+        format!("{what}: expected {expected}, found {found}"),
+        "",
+    ))
 }

@@ -156,21 +156,18 @@ mod tests {
     use super::*;
     use crate::numeric::Random;
 
-    fn random(random: &mut Random) -> Complex<f64> {
-        Complex::new(random.normal(), random.normal())
-    }
-
     #[test]
     fn val_closed_form_coefficients_and_residual() {
         let mut numbers = Random::new(3);
-        let truth: Vec<Complex<f64>> = (0..7).map(|_| random(&mut numbers)).collect();
+        let mut random = || Complex::new(numbers.normal(), numbers.normal());
+        let truth = [(); 7].map(|()| random());
         let mut gram = Gram::zeros(8);
         let mut noise = 0.0;
         for _ in 0..400 {
-            let mut row: Vec<Complex<f64>> = (0..7).map(|_| random(&mut numbers)).collect();
+            let mut row = [(); 7].map(|()| random()).to_vec();
             // One column that is a combination of others.
             row.push(row[2] * 2.0 - row[5]);
-            let off = random(&mut numbers) * 1e-3;
+            let off = random() * 1e-3;
             let y: Complex<f64> = row.iter().zip(&truth).map(|(a, b)| a * b).sum();
             noise += off.norm_sqr();
             row.push(y + off);
@@ -178,15 +175,12 @@ mod tests {
         }
         let found = gram.solve(8);
         assert_eq!(found.determined, 7);
-        for (found, truth) in found.coefficients.iter().zip(&truth) {
-            assert!((found - truth).norm() < 5e-4);
-        }
+        let mut pairs = found.coefficients.iter().zip(&truth);
+        assert!(pairs.all(|(found, truth)| (found - truth).norm() < 5e-4));
         assert_eq!(found.coefficients[7], Complex::default());
-        let residual = gram.residual(&found.coefficients);
         // A fit of 7 unknowns to 400 realisations leaves 393 / 400 of the noise.
-        let left = residual / noise;
+        let left = gram.residual(&found.coefficients) / noise;
         assert!((left - 393.0 / 400.0).abs() < 0.02, "{left}");
-        let normal = gram.residual(&found.coefficients[..0]);
-        assert!((normal / gram.output() - 1.0).abs() < 1e-15);
+        assert!((gram.residual(&[]) / gram.output() - 1.0).abs() < 1e-15);
     }
 }

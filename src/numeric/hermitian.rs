@@ -4,6 +4,7 @@ use ndarray::Array2;
 use num_complex::Complex;
 
 use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
+use crate::numeric::sorted;
 
 /// Eigenvalues, descending, with the eigenvectors as rows.
 pub(crate) struct Eigen {
@@ -26,143 +27,39 @@ const FLOOR: f64 = 1e-3 * f64::EPSILON;
 /// J. H. Wilkinson, Numer. Math. 12, 377 (1968).
 pub(crate) fn eigen(matrix: &Array2<Complex<f64>>) -> Eigen {
     let n = matrix.nrows();
-    let scale = scale_of(matrix);
-    let mut reduced = Reduced::of(Planes::of(matrix, scale), true);
-    let mut rows: Vec<Vec<f64>> = (0..n).map(|i| unit_vector(n, i)).collect();
-    diagonalize(&mut reduced.diagonal, &mut reduced.beside, &mut rows);
+    let mut reduced = Reduced::of(matrix);
+    let unit = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();
+    let mut rows: Vec<Vec<f64>> = (0..n).map(unit).collect();
+    let turn = |f: f64, g: f64, r: f64| (f / r, g / r);
+    diagonalize(&mut reduced.diagonal, &mut reduced.beside, &mut rows, turn);
+    let values = &reduced.diagonal;
     let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|a, b| reduced.diagonal[*b].total_cmp(&reduced.diagonal[*a]));
+    order.sort_by(|a, b| values[*b].total_cmp(&values[*a]));
+    let scale = scale_of(matrix);
     Eigen {
-        values: order.iter().map(|i| reduced.diagonal[*i] * scale).collect(),
+        values: order.iter().map(|i| values[*i] * scale).collect(),
         vectors: order.iter().map(|i| reduced.back(&rows[*i])).collect(),
     }
 }
 
-/// The eigenvalues, descending, of up to eight matrices of the same order as those of [`eigen`]; those of one do not
-/// depend on the others.
-pub(crate) fn eigenvalues(matrices: &[Array2<Complex<f64>>]) -> Vec<Vec<f64>> {
-    let n = matrices.first().map_or(0, Array2::nrows);
-    let mut diagonal = vec![LaneBlock::default(); n];
-    let mut beside = vec![LaneBlock::default(); n];
-    let mut scales = [1.0; WIDTH];
-    for (lane, (matrix, scale)) in matrices.iter().zip(&mut scales).enumerate() {
-        *scale = scale_of(matrix);
-        let reduced = Reduced::of(Planes::of(matrix, *scale), false);
-        for (to, value) in diagonal.iter_mut().zip(reduced.diagonal) {
-            to.0[lane] = value;
-        }
-        for (to, value) in beside.iter_mut().zip(reduced.beside) {
-            to.0[lane] = value;
-        }
-    }
-    widest(Diagonalize {
-        d: &mut diagonal,
-        e: &mut beside,
-    });
-    let of = |(lane, scale): (usize, &f64)| {
-        let mut values: Vec<f64> = diagonal.iter().map(|d| d.0[lane] * scale).collect();
-        values.sort_by(|a, b| b.total_cmp(a));
-        values
+/// The eigenvalues alone, descending.
+pub(crate) fn eigenvalues(matrix: &Array2<Complex<f64>>) -> Vec<f64> {
+    let mut reduced = Reduced::of(matrix);
+    let turn = |f: f64, g: f64, r: f64| {
+        let inverse = r.recip();
+        (f * inverse, g * inverse)
     };
-    scales
-        .iter()
-        .enumerate()
-        .take(matrices.len())
-        .map(of)
-        .collect()
+    diagonalize(&mut reduced.diagonal, &mut reduced.beside, &mut [], turn);
+    let scale = scale_of(matrix);
+    let mut values = sorted(reduced.diagonal.iter().map(|value| value * scale));
+    values.reverse();
+    values
 }
 
 /// The trace, or 1 where it is not positive.
 fn scale_of(matrix: &Array2<Complex<f64>>) -> f64 {
     let trace: f64 = matrix.diag().iter().map(|z| z.re).sum();
     if trace > 0.0 { trace } else { 1.0 }
-}
-
-/// [`diagonalize`] of eight matrices at once, one a lane.
-struct Diagonalize<'a> {
-    d: &'a mut [LaneBlock],
-    e: &'a mut [LaneBlock],
-}
-
-impl SimdKernel for Diagonalize<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Diagonalize { d, e } = self;
-        let n = d.len();
-        let (zero, one, two) = (L::splat(0.0), L::splat(1.0), L::splat(2.0));
-        for l in 0..n {
-            for _ in 0..STEPS {
-                // Where each splits.
-                let mut split = [(n - 1) as f64; WIDTH];
-                let mut open = u8::MAX;
-                for m in l..n - 1 {
-                    let size = L::load(&d[m]).abs() + L::load(&d[m + 1]).abs();
-                    let least = size * L::splat(f64::EPSILON) + L::splat(FLOOR);
-                    let above = (L::load(&e[m]).abs() - least).positive_mask();
-                    let found = open & !above;
-                    for (lane, split) in split.iter_mut().enumerate() {
-                        if found >> lane & 1 == 1 {
-                            *split = m as f64;
-                        }
-                    }
-                    open &= above;
-                    if open == 0 {
-                        break;
-                    }
-                }
-                let last = split.iter().fold(0.0, |most: f64, m| most.max(*m)) as usize;
-                if last == l {
-                    break;
-                }
-                let mut ends = [0.0; WIDTH];
-                for (lane, (end, m)) in ends.iter_mut().zip(&split).enumerate() {
-                    *end = d[*m as usize].0[lane];
-                }
-                let split_at = L::read(&split);
-                let works = split_at - L::splat(l as f64);
-                // In lanes that do not work numbers may be anything; they are not kept.
-                let low = L::load(&e[l]);
-                let g = (L::load(&d[l + 1]) - L::load(&d[l])) / (two * low);
-                let r = (g * g + one).sqrt();
-                let signed = g + g.choose(r, (zero - g).choose(zero - r, r));
-                let mut g = L::read(&ends) - L::load(&d[l]) + low / signed;
-                let (mut s, mut c, mut p) = (one, one, zero);
-                for i in (l..last).rev() {
-                    let here = split_at - L::splat(i as f64);
-                    let (old_d, old_e) = (L::load(&d[i + 1]), L::load(&e[i + 1]));
-                    let beside = L::load(&e[i]);
-                    let (f, b) = (s * beside, c * beside);
-                    let r = (f * f + g * g).sqrt();
-                    here.choose(r, old_e).store(&mut e[i + 1]);
-                    // Nothing to rotate where both are 0.
-                    let inverse = one / r;
-                    let (sin, cos) = (r.choose(f * inverse, zero), r.choose(g * inverse, one));
-                    let rest = old_d - p;
-                    let rotated = (L::load(&d[i]) - rest) * sin + two * cos * b;
-                    let moved = sin * rotated;
-                    here.choose(rest + moved, old_d).store(&mut d[i + 1]);
-                    s = here.choose(sin, s);
-                    c = here.choose(cos, c);
-                    p = here.choose(moved, p);
-                    g = here.choose(cos * rotated - b, g);
-                }
-                let old = L::load(&d[l]);
-                works.choose(old - p, old).store(&mut d[l]);
-                works.choose(g, low).store(&mut e[l]);
-                for (lane, m) in split.iter().enumerate() {
-                    e[*m as usize].0[lane] = 0.0;
-                }
-            }
-        }
-    }
-}
-
-fn unit_vector(n: usize, i: usize) -> Vec<f64> {
-    let mut row = vec![0.0; n];
-    row[i] = 1.0;
-    row
 }
 
 /// `H_1 H_2 ... D T D* ... H_2 H_1` with T real and tridiagonal, D diagonal of modulus 1.
@@ -176,57 +73,57 @@ struct Reduced {
 }
 
 impl Reduced {
-    /// Keeps the reflections if they are wanted.
-    fn of(mut a: Planes, keeps: bool) -> Reduced {
-        let n = a.n;
+    /// Of a matrix over its scale.
+    fn of(matrix: &Array2<Complex<f64>>) -> Reduced {
+        let n = matrix.nrows();
+        let mut a = Triangle::of(matrix, scale_of(matrix));
         let one = Complex::new(1.0, 0.0);
         let mut found = Reduced {
             diagonal: Vec::with_capacity(n),
             beside: Vec::with_capacity(n),
-            phases: Vec::with_capacity(if keeps { n } else { 0 }),
-            reflections: Vec::with_capacity(if keeps { n } else { 0 }),
+            phases: Vec::with_capacity(n),
+            reflections: Vec::with_capacity(n),
         };
         let mut phase = one;
-        let mut v: Vec<Complex<f64>> = Vec::with_capacity(n);
-        let mut room = ReflectRoom::new(a.blocks);
+        let mut room = [(); 3].map(|()| vec![Cell::default(); a.blocks]);
         for k in 0..n {
             found.diagonal.push(a.at(k, k).re);
-            if keeps {
-                found.phases.push(phase);
-            }
-            if k + 1 == n {
+            found.phases.push(phase);
+            let mut v: Vec<Complex<f64>> = (k + 1..n).map(|i| a.at(i, k)).collect();
+            let Some(&first) = v.first() else {
                 found.beside.push(0.0);
                 break;
-            }
-            v.clear();
-            v.extend((k + 1..n).map(|i| a.at(i, k)));
+            };
             let rest: f64 = v[1..].iter().map(Complex::norm_sqr).sum();
-            let mut beside = v[0];
-            let mut factor = 0.0;
+            let (mut beside, mut factor) = (first, 0.0);
             if rest > 0.0 {
-                let norm = (rest + v[0].norm_sqr()).sqrt();
-                let direction = match v[0].norm() {
+                let norm = (rest + first.norm_sqr()).sqrt();
+                let direction = match first.norm() {
                     0.0 => one,
-                    size => v[0] / size,
+                    size => first / size,
                 };
                 beside = -direction * norm;
                 v[0] -= beside;
                 let length: f64 = v.iter().map(Complex::norm_sqr).sum();
                 factor = 2.0 / length;
-                room.set(k + 1, &v);
+                let [reflected, p, dots] = &mut room;
+                for part in [&mut *reflected, p, dots] {
+                    part.fill(Cell::default());
+                }
+                (k + 1..).zip(&v).for_each(|(i, z)| set(reflected, i, *z));
                 widest(Reflect {
                     a: &mut a,
                     from: k + 1,
                     factor,
-                    room: &mut room,
+                    v: reflected,
+                    p,
+                    dots,
                 });
             }
             let size = beside.norm();
             phase *= if size > 0.0 { beside / size } else { one };
             found.beside.push(size);
-            if keeps {
-                found.reflections.push((factor, v.clone()));
-            }
+            found.reflections.push((factor, v));
         }
         found
     }
@@ -246,75 +143,45 @@ impl Reduced {
     }
 }
 
-/// A Hermitian matrix row by row, real and imaginary parts apart, rows padded with zeros to whole blocks. What is
-/// right of the block of the diagonal is read nowhere.
-struct Planes {
-    n: usize,
-    blocks: usize,
-    re: Vec<LaneBlock>,
-    im: Vec<LaneBlock>,
+/// Real and imaginary parts of eight numbers of a vector or a row.
+type Cell = [LaneBlock; 2];
+
+fn get(cells: &[Cell], i: usize) -> Complex<f64> {
+    let [re, im] = &cells[i / WIDTH];
+    Complex::new(re.0[i % WIDTH], im.0[i % WIDTH])
 }
 
-impl Planes {
-    /// Of the lower triangle of a Hermitian matrix, over `scale`.
-    fn of(matrix: &Array2<Complex<f64>>, scale: f64) -> Planes {
+fn set(cells: &mut [Cell], i: usize, z: Complex<f64>) {
+    let [re, im] = &mut cells[i / WIDTH];
+    (re.0[i % WIDTH], im.0[i % WIDTH]) = (z.re, z.im);
+}
+
+/// The lower triangle of a Hermitian matrix row by row, rows padded with zeros. Cells of the diagonal are whole; what is
+/// right of them is read nowhere.
+struct Triangle {
+    blocks: usize,
+    cells: Vec<Cell>,
+}
+
+impl Triangle {
+    /// Of a matrix over `scale`.
+    fn of(matrix: &Array2<Complex<f64>>, scale: f64) -> Triangle {
         let n = matrix.nrows();
         let blocks = n.div_ceil(WIDTH);
-        let mut planes = Planes {
-            n,
-            blocks,
-            re: vec![LaneBlock::default(); n * blocks],
-            im: vec![LaneBlock::default(); n * blocks],
-        };
+        let mut cells = vec![Cell::default(); n * blocks];
         for (i, row) in matrix.outer_iter().enumerate() {
             for (j, z) in row.iter().enumerate().take(i + 1) {
-                planes.set(i, j, z / scale);
+                set(&mut cells[i * blocks..], j, z / scale);
                 if i / WIDTH == j / WIDTH {
-                    planes.set(j, i, z.conj() / scale);
+                    set(&mut cells[j * blocks..], i, z.conj() / scale);
                 }
             }
         }
-        planes
-    }
-
-    fn set(&mut self, i: usize, j: usize, z: Complex<f64>) {
-        let place = i * self.blocks + j / WIDTH;
-        self.re[place].0[j % WIDTH] = z.re;
-        self.im[place].0[j % WIDTH] = z.im;
+        Triangle { blocks, cells }
     }
 
     fn at(&self, i: usize, j: usize) -> Complex<f64> {
-        let place = i * self.blocks + j / WIDTH;
-        Complex::new(self.re[place].0[j % WIDTH], self.im[place].0[j % WIDTH])
-    }
-}
-
-/// Vectors of a reflection, in blocks like a row.
-struct ReflectRoom {
-    v: [Vec<LaneBlock>; 2],
-    p: [Vec<LaneBlock>; 2],
-    dots: [Vec<LaneBlock>; 2],
-}
-
-impl ReflectRoom {
-    fn new(blocks: usize) -> ReflectRoom {
-        let zeros = || vec![LaneBlock::default(); blocks];
-        ReflectRoom {
-            v: [zeros(), zeros()],
-            p: [zeros(), zeros()],
-            dots: [zeros(), zeros()],
-        }
-    }
-
-    /// The vector with these elements from `from` on.
-    fn set(&mut self, from: usize, v: &[Complex<f64>]) {
-        for part in &mut self.v {
-            part.fill(LaneBlock::default());
-        }
-        for (i, z) in (from..).zip(v) {
-            self.v[0][i / WIDTH].0[i % WIDTH] = z.re;
-            self.v[1][i / WIDTH].0[i % WIDTH] = z.im;
-        }
+        get(&self.cells[i * self.blocks..], j)
     }
 }
 
@@ -323,10 +190,13 @@ impl ReflectRoom {
 /// With `p = factor B v` and `q = p - factor/2 (v* p) v`, that is `B - v q* - q v*`. What is left of `from` is
 /// not read again.
 struct Reflect<'a> {
-    a: &'a mut Planes,
+    a: &'a mut Triangle,
     from: usize,
     factor: f64,
-    room: &'a mut ReflectRoom,
+    v: &'a [Cell],
+    /// Zeros: of p, and of what a row has in common with v.
+    p: &'a mut [Cell],
+    dots: &'a mut [Cell],
 }
 
 impl SimdKernel for Reflect<'_> {
@@ -334,100 +204,94 @@ impl SimdKernel for Reflect<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Reflect {
-            a,
-            from,
-            factor,
-            room,
-        } = self;
-        let (n, blocks, first) = (a.n, a.blocks, from / WIDTH);
-        let ReflectRoom {
-            v: [v_re, v_im],
-            p: [p_re, p_im],
-            dots,
-        } = room;
-        let zero = L::splat(0.0);
-        for b in first..blocks {
-            zero.store(&mut p_re[b]);
-            zero.store(&mut p_im[b]);
-            zero.store(&mut dots[0][b]);
-            zero.store(&mut dots[1][b]);
-        }
+        let Reflect { a, v, p, dots, .. } = self;
+        let (first, zero) = (self.from / WIDTH, L::splat(0.0));
+        let rows = || (0..).zip(a.cells.chunks_exact(a.blocks)).skip(self.from);
         // p = B v: a row of the lower triangle times v, and what its conjugate adds to the rows above.
-        for j in from..n {
-            let (r, i) = (element::<L>(v_re, j), element::<L>(v_im, j));
-            let minus = zero - r;
-            let (mut dot_re, mut dot_im) = (zero, zero);
-            let row = j * blocks;
-            for b in first..j / WIDTH {
-                let (re, im) = (L::load(&a.re[row + b]), L::load(&a.im[row + b]));
-                let (x, y) = (L::load(&v_re[b]), L::load(&v_im[b]));
-                dot_re = re.fused(x, (zero - im).fused(y, dot_re));
-                dot_im = re.fused(y, im.fused(x, dot_im));
-                r.fused(re, i.fused(im, L::load(&p_re[b])))
-                    .store(&mut p_re[b]);
-                i.fused(re, minus.fused(im, L::load(&p_im[b])))
-                    .store(&mut p_im[b]);
+        for (j, row) in rows() {
+            let (own, last) = (all::<L>(v, j), j / WIDTH);
+            let mut dot = [zero; 2];
+            for b in first..last {
+                let [re, im] = load::<L>(&row[b]);
+                dot = plus(dot, re, [im, zero - im], load(&v[b]));
+                store(plus(load(&p[b]), re, [zero - im, im], own), &mut p[b]);
             }
-            // The block of the diagonal holds all elements.
-            let b = j / WIDTH;
-            let (re, im) = (L::load(&a.re[row + b]), L::load(&a.im[row + b]));
-            r.fused(re, i.fused(im, L::load(&p_re[b])))
-                .store(&mut p_re[b]);
-            i.fused(re, minus.fused(im, L::load(&p_im[b])))
-                .store(&mut p_im[b]);
-            dots[0][b].0[j % WIDTH] = dot_re.sum();
-            dots[1][b].0[j % WIDTH] = dot_im.sum();
+            let [re, im] = load::<L>(&row[last]);
+            let sum = plus(load(&p[last]), re, [zero - im, im], own);
+            store(sum, &mut p[last]);
+            let [re, im] = dot.map(L::sum);
+            set(dots, j, Complex::new(re, im));
         }
-        for b in first..blocks {
-            (L::load(&p_re[b]) + L::load(&dots[0][b])).store(&mut p_re[b]);
-            (L::load(&p_im[b]) + L::load(&dots[1][b])).store(&mut p_im[b]);
+        for b in first..a.blocks {
+            let ([re, im], [dot_re, dot_im]) = (load::<L>(&p[b]), load(&dots[b]));
+            store([re + dot_re, im + dot_im], &mut p[b]);
         }
-        for lane in 0..from % WIDTH {
-            (p_re[first].0[lane], p_im[first].0[lane]) = (0.0, 0.0);
-        }
-        let scale = L::splat(factor);
+        (first * WIDTH..self.from).for_each(|i| set(p, i, Complex::default()));
+        let scale = L::splat(self.factor);
         let mut along = zero;
-        for b in first..blocks {
-            let (re, im) = (L::load(&p_re[b]) * scale, L::load(&p_im[b]) * scale);
-            along = L::load(&v_re[b]).fused(re, L::load(&v_im[b]).fused(im, along));
-            re.store(&mut p_re[b]);
-            im.store(&mut p_im[b]);
+        for (p, v) in p.iter_mut().zip(v).skip(first) {
+            let ([re, im], [v_re, v_im]) = (load::<L>(p), load::<L>(v));
+            let (re, im) = (re * scale, im * scale);
+            along = v_re.fused(re, v_im.fused(im, along));
+            store([re, im], p);
         }
-        let less = L::splat(-0.5 * factor * along.sum());
-        for b in first..blocks {
-            L::load(&v_re[b])
-                .fused(less, L::load(&p_re[b]))
-                .store(&mut p_re[b]);
-            L::load(&v_im[b])
-                .fused(less, L::load(&p_im[b]))
-                .store(&mut p_im[b]);
+        let share = L::splat(-0.5 * self.factor * along.sum());
+        for (p, v) in p.iter_mut().zip(v).skip(first) {
+            let ([re, im], [v_re, v_im]) = (load::<L>(p), load::<L>(v));
+            store([v_re.fused(share, re), v_im.fused(share, im)], p);
         }
-        for i in from..n {
-            let (v_r, v_i) = (zero - element::<L>(v_re, i), zero - element::<L>(v_im, i));
-            let (p_r, p_i) = (zero - element::<L>(p_re, i), zero - element::<L>(p_im, i));
-            let (plus_v, plus_p) = (element::<L>(v_re, i), element::<L>(p_re, i));
+        let rows = (0..).zip(a.cells.chunks_exact_mut(a.blocks));
+        for (i, row) in rows.skip(self.from) {
+            let (own_v, own_p) = (all::<L>(v, i), all::<L>(p, i));
             for b in first..=i / WIDTH {
-                let at = i * blocks + b;
-                let (vr, vi) = (L::load(&v_re[b]), L::load(&v_im[b]));
-                let (pr, pi) = (L::load(&p_re[b]), L::load(&p_im[b]));
-                let re = v_i.fused(pi, v_r.fused(pr, L::load(&a.re[at])));
-                let im = plus_v.fused(pi, v_i.fused(pr, L::load(&a.im[at])));
-                p_i.fused(vi, p_r.fused(vr, re)).store(&mut a.re[at]);
-                plus_p.fused(vi, p_i.fused(vr, im)).store(&mut a.im[at]);
+                let first = less(load(&row[b]), own_v, load(&p[b]));
+                store(less(first, own_p, load(&v[b])), &mut row[b]);
             }
         }
     }
 }
 
-/// An element of a vector, in all lanes.
 #[inline(always)]
-fn element<L: Lanes>(of: &[LaneBlock], i: usize) -> L {
-    L::splat(of[i / WIDTH].0[i % WIDTH])
+fn load<L: Lanes>(cell: &Cell) -> [L; 2] {
+    [L::load(&cell[0]), L::load(&cell[1])]
 }
 
-/// Turns the diagonal into eigenvalues, and rotates `rows` into eigenvectors.
-fn diagonalize(d: &mut [f64], e: &mut [f64], rows: &mut [Vec<f64>]) {
+#[inline(always)]
+fn store<L: Lanes>([re, im]: [L; 2], cell: &mut Cell) {
+    re.store(&mut cell[0]);
+    im.store(&mut cell[1]);
+}
+
+/// An element in all lanes.
+#[inline(always)]
+fn all<L: Lanes>(of: &[Cell], i: usize) -> [L; 2] {
+    let z = get(of, i);
+    [L::splat(z.re), L::splat(z.im)]
+}
+
+/// `sum + a b` with `a = re + i im`; of the conjugate where the parts `im` and `-im` are exchanged.
+#[inline(always)]
+fn plus<L: Lanes>(sum: [L; 2], re: L, [im, minus]: [L; 2], b: [L; 2]) -> [L; 2] {
+    let inner = [minus.fused(b[1], sum[0]), im.fused(b[0], sum[1])];
+    [re.fused(b[0], inner[0]), re.fused(b[1], inner[1])]
+}
+
+/// `sum - a b*`.
+#[inline(always)]
+fn less<L: Lanes>(sum: [L; 2], [re, im]: [L; 2], b: [L; 2]) -> [L; 2] {
+    let [less_re, less_im] = [L::splat(0.0) - re, L::splat(0.0) - im];
+    let inner = [less_re.fused(b[0], sum[0]), less_im.fused(b[0], sum[1])];
+    [less_im.fused(b[1], inner[0]), re.fused(b[1], inner[1])]
+}
+
+/// Turns the diagonal into eigenvalues, and rotates `rows` into eigenvectors: by sine and cosine, which `turn` makes of the
+/// sides `f` and `g` and the hypotenuse.
+fn diagonalize(
+    d: &mut [f64],
+    e: &mut [f64],
+    rows: &mut [Vec<f64>],
+    turn: impl Fn(f64, f64, f64) -> (f64, f64),
+) {
     let n = d.len();
     for l in 0..n {
         for _ in 0..STEPS {
@@ -452,7 +316,7 @@ fn diagonalize(d: &mut [f64], e: &mut [f64], rows: &mut [Vec<f64>]) {
                     is_whole = false;
                     break;
                 }
-                (s, c) = (f / r, g / r);
+                (s, c) = turn(f, g, r);
                 g = d[i + 1] - p;
                 let r = (d[i] - g) * s + 2.0 * c * b;
                 p = s * r;
@@ -487,48 +351,26 @@ mod tests {
     #[test]
     fn val_closed_form_residuals_and_trace() {
         let mut random = Random::new(5);
-        for (n, rank) in [
-            (1, 1),
-            (2, 2),
-            (3, 1),
-            (8, 8),
-            (15, 4),
-            (40, 40),
-            (40, 3),
-            (6, 0),
-        ] {
-            let factors = Array2::from_shape_fn((rank, n), |_| {
-                Complex::new(random.normal(), random.normal())
-            });
-            let a = Array2::from_shape_fn((n, n), |(i, j)| {
-                let pair = |r: usize| factors[[r, i]].conj() * factors[[r, j]];
-                (0..rank).map(pair).sum::<Complex<f64>>()
-            });
+        let orders = [(1, 1), (3, 1), (8, 8), (15, 4), (40, 40), (6, 0)];
+        for (n, rank) in orders {
+            let mut number = |_| Complex::new(random.normal(), random.normal());
+            let factors = Array2::from_shape_fn((rank, n), &mut number);
+            let a = factors.t().mapv(|z| z.conj()).dot(&factors);
             let found = eigen(&a);
-            let alone = &eigenvalues(std::slice::from_ref(&a))[0];
-            // Beside others of the same order.
-            let others = [a.mapv(|z| z * 3.0), a.clone(), Array2::zeros((n, n))];
-            assert_eq!(eigenvalues(&others)[1], *alone);
-            let trace: f64 = (0..n).map(|i| a[[i, i]].re).sum();
-            let near = 1e-14 * trace;
-            assert!((found.values.iter().sum::<f64>() - trace).abs() <= near);
+            let alone = eigenvalues(&a);
+            let near = 1e-14 * a.diag().sum().re;
+            assert!((found.values.iter().sum::<f64>() - a.diag().sum().re).abs() <= near);
             assert!(found.values.is_sorted_by(|a, b| a >= b));
-            for (k, (value, vector)) in found.values.iter().zip(&found.vectors).enumerate() {
+            let vectors = Array2::from_shape_fn((n, n), |(k, i)| found.vectors[k][i]);
+            let overlaps = vectors.mapv(|z| z.conj()).dot(&vectors.t());
+            for (k, value) in found.values.iter().enumerate() {
                 assert!((value - alone[k]).abs() <= near, "{n} {rank} {k}");
                 assert!(k < rank || value.abs() <= near, "{k} {value:e}");
-                for i in 0..n {
-                    let product: Complex<f64> = (0..n).map(|j| a[[i, j]] * vector[j]).sum();
-                    assert!(
-                        (product - vector[i] * value).norm() <= near,
-                        "{n} {rank} {k}"
-                    );
-                }
-                for (l, other) in found.vectors.iter().enumerate() {
-                    let product: Complex<f64> =
-                        vector.iter().zip(other).map(|(a, b)| a.conj() * b).sum();
-                    let expected = if k == l { 1.0 } else { 0.0 };
-                    assert!((product - expected).norm() < 1e-13, "{n} {rank} {k} {l}");
-                }
+                let off = a.dot(&vectors.row(k)) - vectors.row(k).mapv(|z| z * value);
+                assert!(off.iter().all(|z| z.norm() <= near), "{n} {rank} {k}");
+                let unit = |l: usize| f64::from(u8::from(k == l));
+                let is_unit = |l: usize| (overlaps[[k, l]] - unit(l)).norm() < 1e-13;
+                assert!((0..n).all(is_unit), "{n} {rank} {k}");
             }
         }
     }

@@ -85,19 +85,17 @@ impl Figure {
     /// The bytes of its file.
     ///
     /// # Errors
-    /// [`Error::Draw`] if the figure cannot be painted or encoded.
+    /// [`Error::Failed`] if the figure cannot be painted or encoded.
     pub fn encode(&self, format: Format) -> Result<Vec<u8>> {
         let encoded = format.encode(self.scene.document(), self.scene.style.dpi);
-        encoded.map_err(|reason| Error::Draw {
-            figure: self.scene.title.clone(),
-            reason,
-        })
+        let title = &self.scene.title;
+        encoded.map_err(|reason| Error::failed(format!("cannot draw {title}: {reason}")))
     }
 
     /// Writes `<dir>/<name>.<extension>`, whole or not at all, and returns its path.
     ///
     /// # Errors
-    /// [`Error::Draw`] if the figure cannot be painted, [`Error::Write`] if it cannot be written.
+    /// [`Error::Failed`] if the figure cannot be painted, [`Error::Write`] if it cannot be written.
     pub fn save(&self, dir: &Path, format: Format) -> Result<PathBuf> {
         let bytes = self.encode(format)?;
         let path = dir.join(format!("{}.{}", self.name, format.extension()));

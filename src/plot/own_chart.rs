@@ -83,17 +83,14 @@ pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// ```
 ///
 /// # Errors
-/// [`Error::Draw`] if a side is zero or too long, or the chart cannot be drawn; those of `draw`.
+/// [`Error::Failed`] if a side is zero or too long, or the chart cannot be drawn; those of `draw`.
 pub fn own_chart(
     title: &str,
     (width, height): (u32, u32),
     format: Format,
     draw: impl FnOnce(&Area) -> Result<()>,
 ) -> Result<Vec<u8>> {
-    let fault = |reason| Error::Draw {
-        figure: title.into(),
-        reason,
-    };
+    let fault = |reason: String| Error::failed(format!("cannot draw {title}: {reason}"));
     let sides = 1..=LONGEST;
     if !sides.contains(&width) || !sides.contains(&height) {
         return Err(fault(format!(
@@ -127,9 +124,6 @@ pub fn own_chart(
 
 impl From<DrawingAreaErrorKind<std::io::Error>> for Error {
     fn from(error: DrawingAreaErrorKind<std::io::Error>) -> Self {
-        Error::Draw {
-            figure: "the chart".into(),
-            reason: error.to_string(),
-        }
+        Error::failed(format!("cannot draw the chart: {error}"))
     }
 }

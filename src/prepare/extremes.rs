@@ -95,12 +95,11 @@ impl SimdKernel for Take<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let (zero, most) = (L::splat(0.0), L::splat(f64::INFINITY));
+        let [zero, most] = [0.0, f64::INFINITY].map(L::splat);
         for (block, at) in self.seen.blocks.iter_mut().zip((0..).step_by(WIDTH)) {
             let start = block.each_ref().map(|seen| L::read(seen));
             let [mut low, mut high, mut low_again, mut high_again, mut finite] = start;
-            // NaN equals no sample.
-            let mut last = L::splat(f64::NAN);
+            let mut last = zero;
             for (n, row) in self.rows.chunks(self.apart).enumerate() {
                 if let Some(sample) = self.next.get(n * self.apart + at) {
                     prefetch(sample);
@@ -115,12 +114,14 @@ impl SimdKernel for Take<'_> {
                     }
                 };
                 if n > 0 || !self.before {
-                    low = v.least(low);
-                    high = v.largest(high);
+                    (low, high) = (low.min(v), high.max(v));
                     // A sample that is not finite makes the sum NaN.
                     finite = finite + v * zero;
-                    low_again = v.where_equal(last, most).least(low_again);
-                    high_again = v.where_equal(last, zero - most).largest(high_again);
+                }
+                if n > 0 {
+                    let change = (v - last).abs();
+                    low_again = low_again.min(change.choose(most, v));
+                    high_again = high_again.max(change.choose(zero - most, v));
                 }
                 last = v;
             }

@@ -8,7 +8,7 @@ use super::read_ahead::ReadAhead;
 use super::scan::{ChannelScan, Gap};
 use super::trend::Trend;
 use super::{Detrend, Gaps, Preparation, unit};
-use crate::error::{Error, Result};
+use crate::error::{Error, Fault, Result};
 use crate::field::Field;
 use crate::numeric::{pieces, sum, sum_of_squares};
 use crate::observer::Observer;
@@ -51,7 +51,7 @@ impl<'a> Prepared<'a> {
     /// Examines every sample and determines its preparation.
     ///
     /// # Errors
-    /// [`Error::NonFinite`] for gaps if they are refused; [`Error::Range`] if samples that segments reach vanish in the unit;
+    /// [`Error::NonFinite`] for gaps if they are refused; [`Error::Unresolved`] if samples that segments reach vanish in the unit;
     /// [`Error::Cancelled`].
     pub fn new(
         field: &'a Field,
@@ -93,7 +93,10 @@ impl<'a> Prepared<'a> {
         prepared.is_silent = transformed == 0.0;
         prepared.unit = unit::near(transformed, precision);
         if unit::loses(prepared.unit, reached, precision) {
-            return Err(Error::Range { reached, largest });
+            let expected = "the samples that segments reach in the range of the precision";
+            let found = format!("them up to {reached:.3e} beside others up to {largest:.3e}");
+            let advice = "leave the large samples out with `--times`, or ask for spectra along time alone: `--only temporal`";
+            return Err(Error::Unresolved(Fault::expected(expected, found, advice)));
         }
         if preparation.detrend_field_mean {
             prepared.field_mean = Some(prepared.mean(observer)?);

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
-use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, MutexGuard};
@@ -36,8 +36,8 @@ pub(crate) trait StoredRequest: Serialize + DeserializeOwned {
 }
 
 /// The name of a member.
-pub(crate) trait Key: Clone + Ord + Send + Sync + Serialize + DeserializeOwned {}
-impl<K: Clone + Ord + Send + Sync + Serialize + DeserializeOwned> Key for K {}
+pub(crate) trait Key: Measures + Ord + Sync {}
+impl<K: Measures + Ord + Sync> Key for K {}
 
 /// The result of a member.
 pub(crate) trait Measures: Clone + Send + Serialize + DeserializeOwned {}
@@ -76,8 +76,11 @@ pub(crate) struct Journal<K, M> {
 struct Saved {
     path: PathBuf,
     file: Mutex<File>,
-    request: [u8; blake3::KEY_LEN],
+    request: Hash,
 }
+
+/// Of a request, the key of the hashes of its lines.
+type Hash = [u8; blake3::KEY_LEN];
 
 impl<K: Key, M: Measures> Journal<K, M> {
     /// Opens the directory of the work, or creates it, and reads the finished members. Without one nothing is saved.
@@ -193,16 +196,17 @@ impl Saved {
             path: directory.to_owned(),
             found,
         };
-        let is_new = match fs::read_dir(directory) {
-            // One that was killed before it began has left its request half-written.
-            Ok(mut entries) => entries
-                .all(|entry| entry.is_ok_and(|entry| publish::is_working_name(&entry.file_name()))),
-            Err(error) => match error.kind() {
-                ErrorKind::NotFound => true,
-                ErrorKind::NotADirectory => return Err(occupied("is a file".into())),
-                _ => return Err(Error::read("read", directory)(error)),
-            },
-        };
+        let listed = fs::read_dir(directory);
+        if listed
+            .as_ref()
+            .is_err_and(|error| error.kind() == ErrorKind::NotADirectory)
+        {
+            return Err(occupied("is a file".into()));
+        }
+        // One that was killed before it began has left its request half-written.
+        let mut entries = if_there(listed, directory)?.into_iter().flatten();
+        let is_new =
+            entries.all(|entry| entry.is_ok_and(|it| publish::is_working_name(&it.file_name())));
         if is_new {
             fs::create_dir_all(directory).map_err(Error::write("create", directory))?;
             write_whole(directory, A::FILE, to_json(asked)?.as_bytes())?;
@@ -214,35 +218,29 @@ impl Saved {
             }
         }
         let path = directory.join(MEMBERS);
-        let mut options = File::options();
-        let file = options.read(true).append(true).create(true).open(&path);
-        let mut file = file.map_err(Error::write("open", &path))?;
+        let file = File::options().append(true).create(true).open(&path);
+        let file = file.map_err(Error::write("open", &path))?;
         publish::sync_directory(directory).map_err(Error::write("create", &path))?;
-        // A process that is just being started by this one holds its files for an instant.
-        let mut tries = 0;
-        while let Err(TryLockError::WouldBlock) = file.try_lock() {
-            tries += 1;
-            if tries > LOCK_TRIES {
-                return Err(Error::Busy {
-                    path: directory.to_owned(),
-                });
-            }
-            std::thread::sleep(LOCK_PAUSE);
+        // A process that is just being started by this one holds its files for an instant. Where the file system has no
+        // locks, the user keeps two processes apart.
+        let is_ours = || !matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+        let mut pauses = (0..LOCK_TRIES).map(|_| std::thread::sleep(LOCK_PAUSE));
+        if !is_ours() && !pauses.any(|()| is_ours()) {
+            let path = directory.to_owned();
+            return Err(Error::Busy { path });
         }
         publish::remove_abandoned(directory);
-        // A file system without locks: the user keeps two processes apart.
         let request = hash_of(asked)?;
-        let (outcomes, whole) = parse(&mut file, &path, &request)?;
+        let text = fs::read(&path).map_err(Error::read("read", &path))?;
+        let (outcomes, whole) = parse(&text, &request);
         file.set_len(whole).map_err(Error::write("cut", &path))?;
         let file = Mutex::new(file);
-        Ok((
-            Saved {
-                path,
-                file,
-                request,
-            },
-            outcomes,
-        ))
+        let saved = Saved {
+            path,
+            file,
+            request,
+        };
+        Ok((saved, outcomes))
     }
 
     /// Adds a line: a JSON array, whose first element is to be the hash of the others.
@@ -273,14 +271,8 @@ pub(crate) fn read<A: StoredRequest, K: Key, M: Measures>(
     let none = std::io::Error::new(ErrorKind::NotFound, format!("no {} is there", A::WORD));
     let asked = read_asked::<A>(directory)?.ok_or_else(|| Error::read("read", directory)(none))?;
     let path = directory.join(MEMBERS);
-    let mut file = match File::open(&path) {
-        Ok(file) => file,
-        Err(error) if error.kind() == ErrorKind::NotFound => {
-            return Ok((asked, Outcomes::new()));
-        }
-        Err(error) => return Err(Error::read("open", &path)(error)),
-    };
-    let (outcomes, whole) = parse(&mut file, &path, &hash_of(&asked)?)?;
+    let text = if_there(fs::read(&path), &path)?.unwrap_or_default();
+    let (outcomes, whole) = parse(&text, &hash_of(&asked)?);
     if outcomes.is_empty() && whole > 0 {
         return Err(Error::Damaged {
             path,
@@ -291,16 +283,16 @@ pub(crate) fn read<A: StoredRequest, K: Key, M: Measures>(
     Ok((asked, outcomes))
 }
 
-/// The members of a file and the length of its whole lines; the first line of a member counts.
-fn parse<K: Key, M: Measures>(
-    file: &mut File,
-    path: &Path,
-    request: &[u8; blake3::KEY_LEN],
-) -> Result<(Outcomes<K, M>, u64)> {
-    let mut text = Vec::new();
-    file.seek(SeekFrom::Start(0))
-        .and_then(|_| file.read_to_end(&mut text))
-        .map_err(Error::read("read", path))?;
+/// What was read of a file; `None` where there is none.
+fn if_there<T>(read: std::io::Result<T>, path: &Path) -> Result<Option<T>> {
+    match read {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        read => read.map(Some).map_err(Error::read("read", path)),
+    }
+}
+
+/// The members of a text and the length of its whole lines; the first line of a member counts.
+fn parse<K: Key, M: Measures>(text: &[u8], request: &Hash) -> (Outcomes<K, M>, u64) {
     let ends = text.iter().rposition(|b| *b == b'\n');
     let whole = ends.map_or(0, |at| at + 1);
     let mut outcomes = Outcomes::new();
@@ -308,14 +300,11 @@ fn parse<K: Key, M: Measures>(
     for (member, outcome) in lines.filter_map(|line| member_of(line, request)) {
         outcomes.entry(member).or_insert(outcome);
     }
-    Ok((outcomes, whole as u64))
+    (outcomes, whole as u64)
 }
 
 /// The member of a line; `None` where its hash is another.
-fn member_of<K: Key, M: Measures>(
-    line: &[u8],
-    request: &[u8; blake3::KEY_LEN],
-) -> Option<(K, Outcome<M>)> {
+fn member_of<K: Key, M: Measures>(line: &[u8], request: &Hash) -> Option<(K, Outcome<M>)> {
     let line = std::str::from_utf8(line).ok()?.strip_prefix("[\"")?;
     let (hash, rest) = line.split_once("\",")?;
     let is_whole = *blake3::keyed_hash(request, rest.as_bytes()).to_hex() == *hash;
@@ -333,25 +322,21 @@ pub(crate) fn difference<A: StoredRequest>(found: &A, asked: &A) -> Option<Strin
     (!differing.is_empty()).then(|| format!("it differs in {}", differing.join(", ")))
 }
 
-fn hash_of(asked: &impl StoredRequest) -> Result<[u8; blake3::KEY_LEN]> {
+fn hash_of(asked: &impl StoredRequest) -> Result<Hash> {
     Ok(blake3::hash(to_json(asked)?.as_bytes()).into())
 }
 
 fn read_asked<A: StoredRequest>(directory: &Path) -> Result<Option<A>> {
     let path = directory.join(A::FILE);
-    let text = match fs::read_to_string(&path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(Error::read("read", &path)(error)),
+    let Some(text) = if_there(fs::read_to_string(&path), &path)? else {
+        return Ok(None);
     };
-    match serde_json::from_str(&text) {
-        Ok(asked) => Ok(Some(asked)),
-        Err(error) => Err(Error::Damaged {
-            line: error.line(),
-            reason: error.to_string(),
-            path,
-        }),
-    }
+    let asked = serde_json::from_str(&text).map_err(|error| Error::Damaged {
+        line: error.line(),
+        reason: error.to_string(),
+        path,
+    })?;
+    Ok(Some(asked))
 }
 
 /// Writes a file of a directory.

@@ -252,7 +252,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
         for drift in [Drift::None, Drift::Linear] {
             let record = Spoilt::by(noise).of(&run, 1);
             let error = stated(&run, &record, &run.chain, &plain(drift)).unwrap_err();
-            let told = matches!(error, Error::BelowNoise { .. } | Error::Request { .. });
+            let told = matches!(error, Error::Unresolved(_) | Error::Request { .. });
             assert!(told, "{error}");
         }
     }
@@ -269,7 +269,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
     let mut random = Normal(9);
     record.column_mut(15).mapv_inplace(|v| v + random.draw());
     let error = stated(&run, &record, &run.chain, &options).unwrap_err();
-    assert!(matches!(error, Error::BelowNoise { .. }) && !error.is_usage());
+    assert!(matches!(error, Error::Unresolved(_)) && !error.is_usage());
     let missing = changed(options, |it| it.missing = vec![15]);
     let below = lacks(&measure(&run, record.view(), &missing), Lack::BelowNoise);
     assert!(below.iter().all(|j| *j >= 15));

@@ -67,10 +67,11 @@ fn opened(place: &Place, name: &str, options: &OpenOptions) -> Field {
 fn val_definition_a_further_dimension_is_taken_where_it_is_stated() {
     let place = Place::new();
     save(&place, "scan.nc", &scan());
-    match fault(&place, "scan.nc", &OpenOptions::default()) {
-        InputFault::FurtherDimension { dimension, .. } => assert_eq!(dimension.name, "y"),
-        other => panic!("{other:?}"),
-    }
+    let refused = fault(&place, "scan.nc", &OpenOptions::default());
+    assert!(
+        refused.to_string().contains("also along y (3 values"),
+        "{refused}"
+    );
     for (stated, h) in [
         ("y=1", 1),
         ("y=1.2 m", 1),
@@ -102,10 +103,13 @@ fn val_definition_a_further_dimension_is_taken_where_it_is_stated() {
     for stated in ["y=3", "y=1 s", "y=#3", "z=0"] {
         let options = reading(|it| it.at = vec![at(stated)]);
         let refused = fault(&place, "scan.nc", &options);
-        let is_known = matches!(
-            refused,
-            InputFault::NoSuchLabel { .. } | InputFault::NoSuchDimension { .. }
-        );
+        let advice = [
+            "`cascade inspect FILE` lists",
+            "name one of these dimensions",
+        ];
+        let is_known = advice
+            .iter()
+            .any(|words| refused.advice().starts_with(words));
         assert!(is_known, "{stated}: {refused:?}");
     }
 }
@@ -326,10 +330,11 @@ fn a_file_in_doubt_is_asked_about() {
     file.variables.push(second.clone());
     file.variables[3].name = "speed";
     save(&place, "a.nc", &file);
-    match fault(&place, "a.nc", &OpenOptions::default()) {
-        InputFault::WhichVariable { variables } => assert_eq!(variables.len(), 5),
-        other => panic!("{other:?}"),
-    }
+    let refused = fault(&place, "a.nc", &OpenOptions::default()).to_string();
+    assert!(
+        refused.starts_with("expected one array v(t, x), found"),
+        "{refused}"
+    );
     let options = reading(|it| it.variable = Some("pressur".into()));
     let found = fault(&place, "a.nc", &options);
     assert!(
@@ -344,10 +349,8 @@ fn a_file_in_doubt_is_asked_about() {
         Variable::new("v", &[2], Values::Int(vec![1; SITES])),
     ];
     save(&place, "b.nc", &file);
-    assert!(matches!(
-        fault(&place, "b.nc", &OpenOptions::default()),
-        InputFault::NoTimes { .. }
-    ));
+    let refused = fault(&place, "b.nc", &OpenOptions::default()).to_string();
+    assert!(refused.starts_with("expected times in "), "{refused}");
     // What is listed is not needed to open a field.
     let found = inspect(&place.path("b.nc"), &OpenOptions::default()).unwrap();
     assert_eq!(found.variables.len(), 2);
@@ -456,7 +459,12 @@ fn val_peer_segyio_traces_that_begin_at_different_times() {
     let (n_times, n_sites) = whole.dim();
     let most = (n_sites - 1) as f64;
     let found = refused(open(Delays::Refuse, "1 ms"));
-    assert_eq!(found, InputFault::Delays { least: 0.0, most });
+    assert!(
+        found
+            .to_string()
+            .ends_with(&format!("found delays from 0 to {most} ms")),
+        "{found}"
+    );
     // Trace j is recorded from j ms on.
     let field = open(Delays::Align, "1 ms").unwrap();
     let aligned = values(&field);
@@ -466,7 +474,10 @@ fn val_peer_segyio_traces_that_begin_at_different_times() {
         assert_eq!(*sample, whole[[n + n_sites - 1 - j, j]]);
     }
     let found = refused(open(Delays::Align, "4 ms"));
-    assert!(matches!(found, InputFault::Delay { trace: 1, steps } if (steps - 0.25).abs() < 1e-12));
+    assert!(
+        found.to_string().ends_with("found 0.25 of trace 1"),
+        "{found}"
+    );
 
     let field = open_path(&fixture("segy/ibm.sgy"));
     assert!(!is_told(&field), "{:?}", field.notes);
@@ -584,24 +595,16 @@ fn a_zarr_store_names_the_feature_that_reads_it() {
     let path = fixture("zarr/xarray3.zarr");
     let error = Field::open(&path, &OpenOptions::default()).unwrap_err();
     assert!(error.to_string().contains("a Zarr store"), "{error}");
-    let Error::Input {
-        fault: InputFault::Container { fault },
-        ..
-    } = &error
-    else {
+    let Error::Input { fault, .. } = &error else {
         panic!("{error}");
     };
-    match &**fault {
-        wavecascade::error::FormatError::Unsupported { way_out, .. } => {
-            assert!(way_out.contains("feature zarr") && way_out.contains("xarray"));
-        }
-        other => panic!("{other}"),
-    }
+    assert!(fault.advice().contains("feature zarr") && fault.advice().contains("xarray"));
     // Another directory is none.
     let error = Field::open(fixture("zarr"), &OpenOptions::default()).unwrap_err();
-    let is_no_file = |fault: &InputFault| matches!(fault, InputFault::NotAFile { .. });
     assert!(
-        matches!(&error, Error::Input { fault, .. } if is_no_file(fault)),
+        error
+            .to_string()
+            .ends_with("expected a file, found a directory"),
         "{error}"
     );
 }
@@ -615,13 +618,12 @@ fn an_array_that_its_file_cannot_hold_is_no_damaged_archive() {
     let place = Place::new();
     let path = place.path("long.mat");
     fs::write(&path, &bytes[1..]).unwrap();
-    match Field::open(&path, &OpenOptions::default()) {
-        Err(Error::Input {
-            fault: InputFault::Overclaimed { claimed, most },
-            ..
-        }) => assert!(claimed > most && most == 1032 * fs::metadata(&path).unwrap().len()),
-        other => panic!("{other:?}"),
-    }
+    let refused = Field::open(&path, &OpenOptions::default())
+        .unwrap_err()
+        .to_string();
+    let most = 1032 * fs::metadata(&path).unwrap().len();
+    let expected = format!("expected at most {most} bytes of samples in a file of this length");
+    assert!(refused.contains(&expected), "{refused}");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use test_support::fields::reading;
 use test_support::made::values;
 use test_support::netcdf::{NetCdf, Values, Variable};
 use test_support::place::Place;
-use wavecascade::error::{InputFault, ScanFault};
+use wavecascade::error::InputFault;
 use wavecascade::field::{
     EqualPositions, Interpolation, OpenOptions, PositionFrom, Resample, Scan, Scanned,
 };
@@ -44,9 +44,10 @@ fn opened(scan: &Scan, paths: &[PathBuf]) -> Scanned {
     scan.open(paths, &OpenOptions::default()).unwrap()
 }
 
-fn fault(scan: &Scan, paths: &[PathBuf], options: &OpenOptions) -> (PathBuf, ScanFault) {
+fn fault(scan: &Scan, paths: &[PathBuf], options: &OpenOptions) -> (PathBuf, String) {
     match scan.open(paths, options) {
-        Err(Error::Scan { path, fault }) => (path, *fault),
+        Err(Error::Scan { path, fault }) => (path, fault.to_string()),
+        Err(Error::Input { path, fault }) => (path, fault.to_string()),
         other => panic!("{other:?}"),
     }
 }
@@ -139,7 +140,7 @@ fn val_identity_records_by_their_headers() {
     let files = save(&place, |j| format!("{j}.nc"));
     let z = Scan::new(PositionFrom::Header(Some("z".into())));
     let (_, found) = fault(&z, &files, &OpenOptions::default());
-    assert!(matches!(found, ScanFault::NoPosition { .. }), "{found:?}");
+    assert!(found.starts_with("expected one number in"), "{found}");
 }
 
 #[test]
@@ -155,7 +156,7 @@ fn val_identity_records_by_a_table() {
     check(&opened(&scan, &files));
     fs::write(&table, "file,position_mm\na.npy,1\n").unwrap();
     let (path, found) = fault(&scan, &files, &OpenOptions::default());
-    assert!(matches!(found, ScanFault::NotInTable { .. }));
+    assert!(found.starts_with("expected a position in"), "{found}");
     assert_ne!(path, place.path("a.npy"));
     fs::write(&table, "name,width\na.npy,1\n").unwrap();
     assert!(matches!(
@@ -210,7 +211,7 @@ fn val_closed_form_records_are_aligned_by_a_reference() {
     assert_eq!(values(&opened(&scan, &files).field), found);
     scan.reference = Some("drive".into());
     let (_, fault) = fault(&scan, &files, &OpenOptions::default());
-    assert!(matches!(fault, ScanFault::NoSuchChannel { .. }));
+    assert!(fault.starts_with("expected the channel"), "{fault}");
 }
 
 #[test]
@@ -262,7 +263,7 @@ fn val_numpy_delays() {
         assert!((record.correlation.unwrap() - number("coefficient")).abs() < 1e-14);
         scan.least_correlation = 0.99;
         let (path, found) = fault(&scan, &files, &OpenOptions::default());
-        assert!(matches!(found, ScanFault::Uncorrelated { .. }));
+        assert!(found.contains("correlation coefficient"), "{found}");
         assert_eq!(path, files[1]);
     }
 }
@@ -287,7 +288,15 @@ fn val_closed_form_starts_between_samples() {
         .collect();
     let (path, found) = fault(&by_name(), &files, &OpenOptions::default());
     assert_eq!(path, files[1]);
-    assert!(matches!(found, ScanFault::Fraction { shift } if (shift - 0.3).abs() < 1e-12));
+    let steps = found
+        .rsplit("found ")
+        .next()
+        .unwrap()
+        .trim_end_matches(" steps");
+    assert!(
+        (steps.parse::<f64>().unwrap() - 0.3).abs() < 1e-12,
+        "{found}"
+    );
     let options = reading(|it| it.resample = Resample::both(Interpolation::Cubic));
     let scanned = by_name().open(&files, &options).unwrap();
     let field = values(&scanned.field);
@@ -322,37 +331,40 @@ fn what_does_not_go_together_is_refused() {
     assert_eq!(opened(&named, &two).field.space.step, 1.0);
     // The second file of each pair, and the fault.
     for (stem, text, expected) in [
-        (
-            "s",
-            "time_s,v\n0,1\n2,2\n4,3\n6,1\n",
-            "Unlike { what: \"the step\"",
-        ),
+        ("s", "time_s,v\n0,1\n2,2\n4,3\n6,1\n", "expected the step "),
         (
             "m",
             &format!("time_ms,v\n{rows}"),
-            "Unlike { what: \"the unit of time\"",
+            "expected the unit of time ",
         ),
         (
             "w",
             "time_s,v,w\n0,1,5\n1,2,3\n2,4,4\n3,9,1\n",
-            "Channels { found: 2",
+            "expected one record, found 2",
         ),
-        ("l", "time_s,v\n9,1\n10,2\n11,4\n12,1\n", "NoCommonTime"),
+        (
+            "l",
+            "time_s,v\n9,1\n10,2\n11,4\n12,1\n",
+            "expected at least two times in common",
+        ),
     ] {
         let second = write(&format!("{stem}=2.csv"), text);
         let found = of(&[record(&format!("{stem}=1.csv")), second]);
-        assert!(format!("{found:?}").starts_with(expected), "{found:?}");
+        assert!(found.starts_with(expected), "{found}");
     }
     for (files, expected) in [
-        (two, "SeveralPositions"),
-        (vec![record("a1.csv"), record("b1.csv")], "OtherName"),
+        (two, "expected one number in the names"),
+        (
+            vec![record("a1.csv"), record("b1.csv")],
+            "expected the numbers of",
+        ),
         (
             vec![record("p=1.0.csv"), record("p=1.00.csv"), record("p=2.csv")],
-            "EqualPositions",
+            "expected positions that differ",
         ),
     ] {
         let found = of(&files);
-        assert!(format!("{found:?}").starts_with(expected), "{found:?}");
+        assert!(found.starts_with(expected), "{found}");
     }
     let uneven = [record("u=1.csv"), record("u=2.csv"), record("u=4.csv")];
     match scan.open(&uneven, &plain) {
@@ -377,7 +389,11 @@ fn what_does_not_go_together_is_refused() {
         record("d=1.csv"),
         write("d=2.csv", "time_s,v\n0,1\n1,1\n2,1\n3,1\n"),
     ];
-    assert_eq!(fault(&flat, &dead, &plain).1, ScanFault::NoReference);
+    assert!(
+        fault(&flat, &dead, &plain)
+            .1
+            .contains("that are not all equal")
+    );
 }
 
 #[test]

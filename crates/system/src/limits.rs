@@ -3,30 +3,20 @@
 use std::fs::read_to_string;
 use std::path::Path;
 
-/// The files of one version of control groups.
-struct Version {
-    /// Limits, of which the least counts.
-    limits: &'static [&'static str],
-    usage: &'static str,
-    /// Lines of `memory.stat` with the page cache, which is given back where memory is short.
-    cache: [&'static str; 2],
-    /// Where the hierarchy may be mounted.
-    mounts: &'static [&'static str],
-}
+/// Where control groups may be mounted: those of the second version, and those of memory of the first one.
+const SECOND: [&str; 2] = ["sys/fs/cgroup", "sys/fs/cgroup/unified"];
+const FIRST: [&str; 1] = ["sys/fs/cgroup/memory"];
 
-const SECOND: Version = Version {
-    limits: &["memory.max", "memory.high"],
-    usage: "memory.current",
-    cache: ["inactive_file ", "active_file "],
-    mounts: &["sys/fs/cgroup", "sys/fs/cgroup/unified"],
-};
+/// Files of a group, of both versions: limits, of which the least counts, and usage.
+const LIMITS: [&str; 3] = ["memory.max", "memory.high", "memory.limit_in_bytes"];
+const USAGE: [&str; 2] = ["memory.current", "memory.usage_in_bytes"];
 
-const FIRST: Version = Version {
-    limits: &["memory.limit_in_bytes"],
-    usage: "memory.usage_in_bytes",
-    cache: ["total_inactive_file ", "total_active_file "],
-    mounts: &["sys/fs/cgroup/memory"],
-};
+/// Lines of `memory.stat` with the page cache, which is given back where memory is short; the first version has also
+/// those of a group without the groups below it.
+const CACHE: [[&str; 2]; 2] = [
+    ["total_inactive_file ", "inactive_file "],
+    ["total_active_file ", "active_file "],
+];
 
 /// Bytes that may still be used: the least of what the machine has, each control group above
 /// the process leaves, and `ulimit -v` and `ulimit -d` leave. `None` where nothing is known.
@@ -55,14 +45,36 @@ fn left_by_groups(root: &Path) -> Option<u64> {
         // hierarchy:controllers:path; the second version has no controllers here.
         let mut parts = line.splitn(3, ':').skip(1);
         let (controllers, path) = (parts.next()?, parts.next()?);
-        let version = match controllers {
-            "" => SECOND,
-            _ if controllers.split(',').any(|name| name == "memory") => FIRST,
+        let mounts = match controllers {
+            "" => &SECOND[..],
+            _ if controllers.split(',').any(|name| name == "memory") => &FIRST,
             _ => return None,
         };
-        version.least_above(root, path)
+        let mounts = mounts.iter().map(|mount| root.join(mount));
+        mounts.filter_map(|mount| least_above(&mount, path)).min()
     });
     left.min()
+}
+
+/// The least that the group at `path` and those above it leave. In a container the path may be
+/// that on the host, while its own group is mounted as the root: what is missing is passed over.
+fn least_above(mount: &Path, path: &str) -> Option<u64> {
+    let group = mount.join(path.trim_start_matches('/'));
+    let above = group
+        .ancestors()
+        .take_while(|folder| folder.starts_with(mount));
+    above.filter_map(left_in).min()
+}
+
+/// What the group of a folder leaves, where it has a limit (`max` is no number).
+fn left_in(folder: &Path) -> Option<u64> {
+    let of = |file: &&str| number(&folder.join(file), "");
+    let limit = LIMITS.iter().filter_map(of).min()?;
+    let stat = folder.join("memory.stat");
+    let cached = |names: &[&str; 2]| names.iter().find_map(|name| number(&stat, name));
+    let cached: u64 = CACHE.iter().filter_map(cached).sum();
+    let used = USAGE.iter().find_map(of).unwrap_or(0);
+    Some(limit.saturating_sub(used.saturating_sub(cached)))
 }
 
 /// What `ulimit -v` and `ulimit -d` leave.
@@ -77,35 +89,6 @@ fn left_by_process(root: &Path) -> Option<u64> {
         Some(number(&limits, limit)?.saturating_sub(kibibytes(&status, used).unwrap_or(0)))
     });
     left.min()
-}
-
-impl Version {
-    /// The least that the group at `path` and those above it leave. In a container the path may be
-    /// that on the host, while its own group is mounted as the root: what is missing is passed over.
-    fn least_above(&self, root: &Path, path: &str) -> Option<u64> {
-        let left = self.mounts.iter().filter_map(|mount| {
-            let mount = root.join(mount);
-            let group = mount.join(path.trim_start_matches('/'));
-            let above = group
-                .ancestors()
-                .take_while(|folder| folder.starts_with(&mount));
-            above.filter_map(|folder| self.left_in(folder)).min()
-        });
-        left.min()
-    }
-
-    /// What the group of a folder leaves, where it has a limit (`max` is no number).
-    fn left_in(&self, folder: &Path) -> Option<u64> {
-        let number = |file: &str| number(&folder.join(file), "");
-        let limit = self.limits.iter().filter_map(|file| number(file)).min()?;
-        let stat = folder.join("memory.stat");
-        let cached = self
-            .cache
-            .iter()
-            .filter_map(|name| self::number(&stat, name));
-        let used = number(self.usage).unwrap_or(0).saturating_sub(cached.sum());
-        Some(limit.saturating_sub(used))
-    }
 }
 
 #[cfg(test)]
@@ -125,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn regress_the_least_limit_above_the_process_counts() {
+    fn regress_the_least_limit_of_machine_groups_and_process_counts() {
         // 3 MiB of which 1 MiB is used beside the cache; above it 2.5 MiB of which 1 MiB is used.
         let second = "
             proc/meminfo MemTotal:  16000 kB;MemAvailable:    8000 kB;
@@ -136,8 +119,6 @@ mod tests {
             sys/fs/cgroup/outer/inner/memory.stat anon 7;inactive_file 1000000;active_file 48576;file 9;
             sys/fs/cgroup/outer/memory.max 2621440;
             sys/fs/cgroup/outer/memory.current 1048576;";
-        assert_eq!(free("second", second), Some(1_572_864));
-
         // The path of the host is not there; the container's own group is the root.
         let first = "
             proc/meminfo MemAvailable:    8000 kB;
@@ -145,27 +126,24 @@ mod tests {
             sys/fs/cgroup/memory/memory.limit_in_bytes 4194304;
             sys/fs/cgroup/memory/memory.usage_in_bytes 3145728;
             sys/fs/cgroup/memory/memory.stat inactive_file 5;total_inactive_file 1048576;total_active_file 0;";
-        assert_eq!(free("first", first), Some(2_097_152));
-    }
-
-    #[test]
-    fn regress_without_limits_the_machine_counts() {
         let unlimited = "
             proc/meminfo MemAvailable:    8000 kB;
             proc/self/cgroup 4:memory:/;0::/;
             sys/fs/cgroup/memory.max max;
             sys/fs/cgroup/memory/memory.limit_in_bytes 9223372036854771712;
             proc/self/limits Max address space         unlimited            unlimited            bytes;";
-        assert_eq!(free("unlimited", unlimited), Some(8000 * 1024));
-        assert_eq!(free("empty", ""), None);
-    }
-
-    #[test]
-    fn regress_limits_of_the_process_count() {
         let process = "
             proc/meminfo MemAvailable:    8000 kB;
             proc/self/limits Max data size     4096000     unlimited    bytes;Max address space    6144000    unlimited    bytes;
             proc/self/status VmSize:    4000 kB;VmData:    3000 kB;";
-        assert_eq!(free("process", process), Some(4_096_000 - 3_072_000));
+        for (name, files, left) in [
+            ("second", second, Some(1_572_864)),
+            ("first", first, Some(2_097_152)),
+            ("unlimited", unlimited, Some(8000 * 1024)),
+            ("process", process, Some(4_096_000 - 3_072_000)),
+            ("empty", "", None),
+        ] {
+            assert_eq!(free(name, files), left, "{name}");
+        }
     }
 }

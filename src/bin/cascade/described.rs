@@ -330,9 +330,11 @@ pub fn on_threads<T: Send, E: From<Error> + Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> Result<T, E> + Send,
 ) -> Result<T, E> {
-    in_pool(threads, work).map_err(|error| Error::Threads {
-        threads: threads.unwrap_or_default(),
-        reason: error.to_string(),
+    let threads_wanted = threads.unwrap_or_default();
+    in_pool(threads, work).map_err(|error| {
+        Error::failed(format!(
+            "cannot start {threads_wanted} worker threads: {error}"
+        ))
     })?
 }
 

@@ -93,8 +93,8 @@ pub fn from_field(
 /// # Errors
 /// [`Error::Request`] for a record that does not fit the chain, that has no quiet part in any
 /// channel, or in which nothing moves; [`Error::NonFinite`] for channels with gaps;
-/// [`Error::BelowNoise`] where noise leaves nothing of all forces or of the energy;
-/// [`Error::Memory`]; [`Error::Threads`].
+/// [`Error::Unresolved`] where noise leaves nothing of all forces or of the energy;
+/// [`Error::Memory`]; [`Error::Failed`].
 pub fn from_velocities(
     record: ArrayView2<f64>,
     [t0, dt]: [f64; 2],

@@ -6,7 +6,7 @@ use super::derive::{Derived, MotionArrays};
 use super::momentum::Momentum;
 use super::noise::SiteNoise;
 use super::repetitions::Measurement;
-use crate::error::{Error, Result};
+use crate::error::{Error, Fault, Result};
 
 /// What a measurement yields beside its arrays.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -56,7 +56,7 @@ pub struct ContactEstimate {
 }
 
 /// # Errors
-/// [`Error::BelowNoise`] where nothing is left of the energy or of all forces.
+/// [`Error::Unresolved`] where nothing is left of the energy or of all forces.
 pub(super) fn of(
     derived: &Derived,
     errors: &MotionArrays,
@@ -96,11 +96,14 @@ pub(super) fn of(
         ("the force in every contact, at best", strongest),
     ] {
         if !found.is_some_and(|found| found.is_resolved()) {
-            return Err(Error::BelowNoise {
-                what: what.into(),
-                signal: found.map_or(0.0, |found| found.value.abs()),
-                error: found.map_or(0.0, |found| found.error),
-            });
+            let (signal, error) =
+                found.map_or((0.0, 0.0), |found| (found.value.abs(), found.error));
+            let said = format!(
+                "{what}: expected more than twice its standard error {error:.3e}, found {signal:.3e}"
+            );
+            let advice = "average repeated records, record longer before the impact, or state which channels are too \
+                noisy to use as missing; an offset of the velocity grows with time, so a shorter record may do";
+            return Err(Error::Unresolved(Fault::new(said, advice)));
         }
     }
     let missing = (0..missing.len()).filter(|j| missing[*j]).map(|site| {

@@ -150,7 +150,7 @@ impl Triads {
 ///
 /// # Errors
 /// [`Error::Request`] for masses or contacts that differ, for a law without a quadratic term about its static
-/// state, and for a window of fewer than three samples; [`Error::Memory`]; [`Error::Threads`]; [`Error::Cancelled`].
+/// state, and for a window of fewer than three samples; [`Error::Memory`]; [`Error::Failed`]; [`Error::Cancelled`].
 ///
 /// # Source
 /// R. H. Kraichnan, J. Fluid Mech. 5, 497 (1959), for triads that conserve energy each; the third of the interaction's

@@ -81,7 +81,7 @@ impl Kernel for Power {
     #[inline(always)]
     fn force<N: Number>(&self, _: usize, c: N, d0: N, r: N) -> N {
         let p = self.exponent;
-        c.map3(d0, r, |c, d0, r| {
+        c.at_each(d0, r, |_, c, d0, r| {
             let d = d0 + r;
             if d0 == 0.0 {
                 // Most contacts of a chain are open or not reached.
@@ -97,7 +97,7 @@ impl Kernel for Power {
     #[inline(always)]
     fn stiffness<N: Number>(&self, _: usize, c: N, d0: N, r: N) -> N {
         let p = self.exponent;
-        c.map3(d0, r, |c, d0, r| {
+        c.at_each(d0, r, |_, c, d0, r| {
             // 0^0 would be 1.
             let d = d0 + r;
             if d > 0.0 {
@@ -141,7 +141,7 @@ impl General {
 
 impl Kernel for General {
     fn force<N: Number>(&self, at: usize, c: N, d0: N, r: N) -> N {
-        c.at_each(at, d0, r, |at, c, d0, r| match self.law(at) {
+        c.at_each(d0, r, |l, c, d0, r| match self.law(at + l) {
             // Contacts outside an island are infinitely far apart.
             Some(law) if c != 0.0 && r.is_finite() => law.force(c, d0, r),
             _ => 0.0,
@@ -149,20 +149,20 @@ impl Kernel for General {
     }
 
     fn stiffness<N: Number>(&self, at: usize, c: N, d0: N, r: N) -> N {
-        c.at_each(at, d0, r, |at, c, d0, r| match self.law(at) {
+        c.at_each(d0, r, |l, c, d0, r| match self.law(at + l) {
             Some(law) if c != 0.0 && r.is_finite() => law.stiffness(c, d0, r),
             _ => 0.0,
         })
     }
 
     fn stiffness_along<N: Number>(&self, at: usize, c: f64, d0: f64, r: N) -> N {
-        r.map3(r, r, |r, _, _| self.stiffness(at, c, d0, r))
+        r.at_each(r, r, |_, r, _, _| self.stiffness(at, c, d0, r))
     }
 
     fn onset<N: Number>(&self, at: usize, delta: N, node: N) -> N {
         let law = self.law(at);
         let power = law.and_then(Law::opens).unwrap_or(1.0);
-        delta.map3(node, node, |delta, node, _| match law {
+        delta.at_each(node, node, |_, delta, node, _| match law {
             Some(law) => law.force(1.0, 0.0, delta.max(0.0)) / node.powf(power),
             None => 0.0,
         })

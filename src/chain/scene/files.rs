@@ -7,7 +7,7 @@ use toml::{Table, Value};
 use super::Units;
 use super::check::units;
 use super::places::Places;
-use crate::error::{Error, KeyPlace, Result, listed};
+use crate::error::{Error, Fault, KeyPlace, Result, listed};
 use crate::field::{
     Field, OpenOptions, check_written, is_netcdf, is_run_archive, read_members, regular_file,
 };
@@ -198,10 +198,8 @@ impl Named<'_> {
     ) -> Result<Vec<Vec<f64>>> {
         for (name, array) in STATE.iter().zip(&arrays) {
             let Some((_, values)) = array else { continue };
-            check_written(hashes, name, values).map_err(|fault| Error::Input {
-                path: self.path.clone(),
-                fault,
-            })?;
+            let refused = |fault: Fault| Error::input(&self.path)(fault);
+            check_written(hashes, name, values).map_err(refused)?;
         }
         let expected = "a run that recorded displacements (`record` with \"displacement\")";
         let last = |array: Option<Samples>| -> Option<Vec<f64>> {

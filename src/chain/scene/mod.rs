@@ -25,7 +25,7 @@ mod source;
 mod template;
 mod typed;
 
-pub use crate::error::{KeyPlace, Problem, SceneFault};
+pub use crate::error::{KeyPlace, SceneFault};
 pub use crate::measure;
 pub use choices::{
     Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, MaterialTyped, Recorded, Shape,

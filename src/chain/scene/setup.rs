@@ -12,7 +12,7 @@ use crate::chain::{
     Accuracy, Chain, EndTime, Ends, Ground, Losses, OnSite, Record, Scheme, Simulation,
     SteppedSites,
 };
-use crate::error::{Error, Problem, Result, SceneFault};
+use crate::error::{self, Error, Fault, Result, SceneFault};
 use crate::system::memory::available_memory;
 
 /// Samples of a scene that does not say.
@@ -141,15 +141,14 @@ fn too_large(check: Check, sites: usize, needed: u64, allowed: u64) -> Error {
         true => "samples",
         false => "sites",
     };
+    let expected = format!("a run that fits {} of memory", error::size(allowed));
+    let needed = error::size(needed);
+    let found = format!("{sites} sites at {samples} samples, which need {needed}");
+    let advice = "choose fewer `samples` or `sites`, keep less with `record`, or raise `memory`";
     Error::scene(SceneFault {
         place: check.places.of(key),
         key: key.to_owned(),
-        problem: Problem::TooLarge {
-            sites,
-            samples,
-            needed,
-            allowed,
-        },
+        fault: Fault::expected(expected, found, advice),
     })
 }
 

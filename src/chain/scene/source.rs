@@ -9,7 +9,7 @@ use super::places::{Places, line_at};
 use super::properties::{Kind, properties, property};
 use super::{Scene, Setup, check, files, setup};
 use crate::chain::Chain;
-use crate::error::{Error, KeyPlace, Problem, Result, SceneFault, nearest_key, reworded};
+use crate::error::{Error, KeyPlace, Result, SceneFault, nearest_key};
 use crate::field::regular_file;
 
 /// Bytes of a scene file that are read at most; long lists of values fit, and so does the text in
@@ -243,11 +243,8 @@ impl SceneSource {
         }
         serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
             let key = error.path().to_string();
-            Error::scene(SceneFault {
-                place: places.of(&key),
-                key,
-                problem: reworded(error.inner().message()),
-            })
+            let message = error.inner().message();
+            Error::scene(SceneFault::of_serde(places.of(&key), &key, message))
         })
     }
 
@@ -255,19 +252,12 @@ impl SceneSource {
     fn table(&self) -> Result<(Table, Places)> {
         let syntax = |error: &toml::de::Error| {
             let line = error.span().map(|span| line_at(&self.text, span.start));
-            Error::scene(SceneFault {
-                place: match &self.path {
-                    Some(path) => KeyPlace::File {
-                        path: path.clone(),
-                        line,
-                    },
-                    None => KeyPlace::Nowhere,
-                },
-                key: String::new(),
-                problem: Problem::Syntax {
-                    reason: error.message().trim().replace('\n', ", "),
-                },
-            })
+            let place = match self.path.clone() {
+                Some(path) => KeyPlace::File { path, line },
+                None => KeyPlace::Nowhere,
+            };
+            let reason = error.message().trim().replace('\n', ", ");
+            Error::scene(SceneFault::syntax(place, "", reason))
         };
         let spanned = DeTable::parse(&self.text).map_err(|error| syntax(&error))?;
         let mut places = Places::of_text(self.path.as_deref(), &self.text, spanned.get_ref());

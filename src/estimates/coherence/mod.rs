@@ -187,7 +187,7 @@ impl Coherence {
 /// # Errors
 /// [`crate::Error::Request`] for fields with different axes, a reference that is no site, segments that do not fit, and
 /// fewer than two realisations, with which the coherence is 1 whatever the data are;
-/// [`crate::Error::NonFinite`]; [`crate::Error::Memory`]; [`crate::Error::Cancelled`]; [`crate::Error::Threads`].
+/// [`crate::Error::NonFinite`]; [`crate::Error::Memory`]; [`crate::Error::Cancelled`]; [`crate::Error::Failed`].
 ///
 /// # Source
 /// J. S. Bendat, A. G. Piersol, "Random Data", 4th ed. (2010), sections 9.2 and 11.2; G. C. Carter, C. H.

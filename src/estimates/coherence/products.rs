@@ -36,7 +36,7 @@ impl SimdKernel for Products<'_> {
                     &room
                 }
             };
-            let [x_re, x_im] = L::parts(row);
+            let (x_re, x_im) = (L::read(&row.map(|x| x.re)), L::read(&row.map(|x| x.im)));
             let (y_re, y_im) = (L::splat(y.re), L::splat(y.im));
             let add = |sum: &mut LaneBlock, value: L| (L::load(sum) + value).store(sum);
             add(own, has * (x_re * x_re + x_im * x_im));

@@ -186,7 +186,7 @@ pub(super) fn sidak(alpha: f64, count: usize) -> f64 {
 /// # Errors
 /// [`Error::Request`] for fields with different axes, sites that are none, segments that do not fit, several
 /// tapers (the third moment of those of odd order vanishes), and fewer than two realisations;
-/// [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`]; [`Error::Threads`].
+/// [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`]; [`Error::Failed`].
 ///
 /// # Source
 /// Y. C. Kim, E. J. Powers, IEEE Trans. Plasma Sci. 7, 120 (1979), with this normalisation; S. Elgar, R. T.

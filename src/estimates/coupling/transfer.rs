@@ -89,7 +89,7 @@ impl Default for TransferRequest {
 /// [`crate::Error::Request`] for fewer independent realisations than twice the unknowns, of which a frequency has one
 /// and as many as there are pairs; for fields with different axes, sites that are none or one, segments that do
 /// not fit, and several tapers; [`crate::Error::NonFinite`]; [`crate::Error::Memory`]; [`crate::Error::Cancelled`];
-/// [`crate::Error::Threads`].
+/// [`crate::Error::Failed`].
 ///
 /// # Source
 /// C. P. Ritz, E. J. Powers, Physica D 20, 320 (1986); K. I. Kim, E. J. Powers, IEEE Trans. Acoust. Speech

@@ -52,7 +52,7 @@ use sums::{CELLS, Counts, PARTS, REACH, add_counts};
 ///
 /// # Errors
 /// [`Error::Request`] for fields with different axes, steps that are longer than the axis, and bands with fewer than
-/// three scales; [`Error::Memory`]; [`Error::Cancelled`]; [`Error::Threads`].
+/// three scales; [`Error::Memory`]; [`Error::Cancelled`]; [`Error::Failed`].
 ///
 /// # Source
 /// A. N. Kolmogorov, Dokl. Akad. Nauk SSSR 30, 301 (1941); U. Frisch, "Turbulence" (1995), chapter 8; R. Benzi

@@ -17,7 +17,6 @@ use crate::estimates::realisations::{
     check_significance, first_of, interval_factors, steadiness_of_sites,
 };
 use crate::field::{Axis, Field};
-use crate::numeric::lanes::WIDTH;
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::buffer::Buffer;
@@ -182,7 +181,7 @@ impl Modes {
 /// # Errors
 /// [`Error::Request`] for fields with different axes, frequencies beyond the Nyquist frequency, segments that do
 /// not fit, and fewer than two realisations; [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`];
-/// [`Error::Threads`].
+/// [`Error::Failed`].
 ///
 /// # Source
 /// A. Towne, O. T. Schmidt, T. Colonius, J. Fluid Mech. 847, 821 (2018); O. T. Schmidt, T. Colonius, AIAA J.
@@ -279,17 +278,15 @@ impl Pass<'_> {
                 count: all,
             };
             self.shots.observer.stage("eigenvalues", (to - from) as u64);
-            let starts: Vec<usize> = (from..to).step_by(WIDTH).collect();
-            let solve = |first: &usize| -> Result<Vec<Eigenvalues>> {
+            let solve = |bin: usize| -> Result<Eigenvalues> {
                 self.shots.observer.go_on()?;
-                let end = to.min(first + WIDTH);
-                self.shots.observer.advance((end - first) as u64);
-                Ok(snapshots.eigenvalues(first - from..end - from))
+                self.shots.observer.advance(1);
+                Ok(snapshots.eigenvalues(bin - from))
             };
-            let values = starts.par_iter().map(solve);
-            let values: Vec<Vec<Eigenvalues>> = values.collect::<Result<_>>()?;
+            let values = (from..to).into_par_iter().map(solve);
+            let values: Vec<Eigenvalues> = values.collect::<Result<_>>()?;
             let density = self.first.time.step * self.first.space.step.abs();
-            for (bin, values) in (from..).zip(values.into_iter().flatten()) {
+            for (bin, values) in (from..).zip(values) {
                 let scale = density * fold(bin, segments.length) / all as f64;
                 for (n, value) in values.energies.iter().enumerate() {
                     found.eigenvalues[[bin, n]] = value.max(0.0) * scale;
@@ -344,7 +341,7 @@ impl Pass<'_> {
         let (bins, samples) = (self.realisations.bins() as u64, self.first.n_times() as u64);
         let (together, rank) = (TOGETHER as u64, all.min(n_sites));
         let tile = together * (8 * samples + 24 * bins) + self.realisations.working_bytes();
-        let solver = 32 * all * (n_sites + together) + (16 * WIDTH as u64 + 64) * rank * rank;
+        let solver = 32 * all * (n_sites + together) + (32 + 64) * rank * rank;
         let kept =
             16 * bins * (rank + 2) + 16 * (chosen as u64 + 1) * self.request.modes as u64 * n_sites;
         let held = kept + rayon::current_num_threads() as u64 * tile.max(solver);

@@ -1,7 +1,5 @@
 //! Eigenvalues and modes of the realisations at one frequency.
 
-use std::ops::Range;
-
 use ndarray::Array2;
 use num_complex::Complex;
 
@@ -46,28 +44,21 @@ pub(super) struct Eigenvalues {
 }
 
 impl Snapshots<'_> {
-    /// Those at up to eight bins.
-    pub fn eigenvalues(&self, bins: Range<usize>) -> Vec<Eigenvalues> {
-        let grams = bins.clone().map(|bin| self.rows(bin, None).gram());
-        let grams: Vec<_> = grams.collect();
-        let equal = |(bin, gram): (usize, &Array2<Complex<f64>>)| {
-            let levels = self.levels(bin);
-            match self.is_wide() {
-                true => self.rows(bin, Some(&levels)).gram(),
-                // A row a site.
-                false => Array2::from_shape_fn(gram.dim(), |(i, j)| {
-                    gram[[i, j]] * (levels[i] * levels[j])
-                }),
+    /// Those at a bin.
+    pub fn eigenvalues(&self, bin: usize) -> Eigenvalues {
+        let (gram, levels) = (self.rows(bin, None).gram(), self.levels(bin));
+        let equal = match self.is_wide() {
+            true => self.rows(bin, Some(&levels)).gram(),
+            // A row a site.
+            false => {
+                Array2::from_shape_fn(gram.dim(), |(i, j)| gram[[i, j]] * (levels[i] * levels[j]))
             }
         };
-        let equal: Vec<_> = bins.zip(&grams).map(equal).collect();
-        let found = eigenvalues(&grams).into_iter().zip(eigenvalues(&equal));
-        let of = |((energies, coherencies), gram): (_, &Array2<Complex<f64>>)| Eigenvalues {
-            energies,
-            coherencies,
+        Eigenvalues {
+            energies: eigenvalues(&gram),
+            coherencies: eigenvalues(&equal),
             trace: gram.diag().iter().map(|z| z.re).sum(),
-        };
-        found.zip(&grams).map(of).collect()
+        }
     }
 
     /// The first `modes` modes at a bin.

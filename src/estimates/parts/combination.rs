@@ -18,7 +18,7 @@ use crate::transform::Segments;
 /// the work may take; `None`: half of the free memory beside the parts. `threads`: worker threads; `None`: one a core.
 ///
 /// # Errors
-/// Those of [`Combination`]; [`Error::Threads`].
+/// Those of [`Combination`]; [`Error::Failed`].
 pub fn combine<P: Borrow<Partial> + Sync>(
     partials: &[P],
     memory: Option<u64>,

@@ -177,7 +177,7 @@ impl SimdKernel for WithoutOne<'_> {
                 |k: usize| (L::load(&energies[k]) - L::load(&left[k])).positive() * inverse;
             let count = |k: usize| all - L::load(&left_counts[k]);
             let without = self.average.average(energy, count, start);
-            let ratio = (without / start).map3(zero, zero, |x, _, _| ln_normal(x));
+            let ratio = (without / start).at_each(zero, zero, |_, x, _, _| ln_normal(x));
             (L::load(sum) + ratio).store(sum);
             (L::load(squares) + ratio * ratio).store(squares);
         }

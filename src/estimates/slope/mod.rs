@@ -138,7 +138,7 @@ impl Slope {
 ///
 /// # Errors
 /// [`Error::Request`] for fields with different axes, bands with fewer than three bins of power, more than two breaks, segments
-/// that do not fit; [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`]; [`Error::Threads`].
+/// that do not fit; [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`]; [`Error::Failed`].
 ///
 /// # Source
 /// N. R. Draper, H. Smith, "Applied Regression Analysis" (1998), chapter 1; V. M. R. Muggeo, Stat. Med. 22, 3055

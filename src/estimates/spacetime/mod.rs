@@ -183,8 +183,8 @@ fn is_real([m, i]: [usize; 2], length: usize, sites: usize) -> bool {
 ///
 /// # Errors
 /// [`Error::Request`] for fields with different axes, fewer than four sites, an `alpha` that is no probability,
-/// and segments or tapers that do not fit; [`Error::Parseval`]; [`Error::NonFinite`]; [`Error::Memory`];
-/// [`Error::Cancelled`]; [`Error::Threads`].
+/// and segments or tapers that do not fit; [`Error::Failed`]; [`Error::NonFinite`]; [`Error::Memory`];
+/// [`Error::Cancelled`]; [`Error::Failed`].
 ///
 /// # Source
 /// J. Capon, Proc. IEEE 57, 1408 (1969), section II, for the estimate by segments; P. D. Welch (1967), eq. 12,
@@ -257,11 +257,7 @@ impl SpaceTimeRequest {
             false => 0.0,
         };
         if parseval.is_nan() || parseval.abs() > PARSEVAL {
-            return Err(Error::Parseval {
-                spectra: "spacetime_spectrum",
-                residual: parseval,
-                bound: PARSEVAL,
-            });
+            return Err(Error::parseval("spacetime_spectrum", parseval, PARSEVAL));
         }
         let evenness = crate::estimates::realisations::steadiness(&totals.site_amplitudes());
         let of_space = match evenness >= LEAST_STEADINESS {

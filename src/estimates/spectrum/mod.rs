@@ -241,7 +241,7 @@ impl SpectrumEstimate {
 ///
 /// # Errors
 /// [`Error::Request`] for fields with different axes, an `alpha` that is no probability, and segments or tapers
-/// that do not fit; [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`]; [`Error::Threads`].
+/// that do not fit; [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`]; [`Error::Failed`].
 ///
 /// # Source
 /// D. J. Thomson, Proc. IEEE 70, 1055 (1982), sections V and XIII; D. B. Percival, A. T. Walden, "Spectral

@@ -10,7 +10,9 @@ use super::super::options::Label;
 use super::super::storage::by_rows;
 use super::super::{Layout, Note};
 use super::Arrays;
-use crate::error::{DimensionName, Error, InputFault, Result};
+use crate::error::{
+    Error, Fault, InputFault, OTHER_VARIABLE, Result, UNFINISHED, shape_of, some_of,
+};
 use crate::measure::{self, Length, Time, symbol};
 
 /// A dimension of the field.
@@ -123,9 +125,11 @@ fn roles(
     [time, space]: [Option<usize>; 2],
 ) -> Result<(usize, Option<usize>, bool)> {
     let found = arrays.variable(variable);
-    let no_times = |d: usize| InputFault::NoTimes {
-        variable: found.path.clone(),
-        dimension: found.dimensions[d].name.clone().unwrap_or_default(),
+    let no_times = |d: usize| {
+        let name = found.dimensions[d].name.as_deref().unwrap_or_default();
+        let (times, only) = (&found.path, format!("only the sites {name:?} of one time"));
+        let advice = "name an array with times and sites with `--variable`";
+        Fault::expected(format!("times in {times}"), only, advice)
     };
     let role = |d: &usize| role(arrays, &found.dimensions[*d]);
     let those = |is_it: &dyn Fn(&usize) -> bool| -> Vec<usize> {
@@ -261,15 +265,18 @@ impl<'a> Beside<'a> {
             && others.is_empty()
             && let Some(&(_, i, found)) = self.lists.iter().find(is_other)
         {
-            let fault = InputFault::AxisLength {
-                axis: if is_time { "time" } else { "space" },
-                expected: *len,
-                found,
+            let (axis, advice) = match is_time {
+                true => (
+                    "time",
+                    "check `--layout`, or state `--t0` and `--dt` in their place",
+                ),
+                false => (
+                    "space",
+                    "check `--layout`, or state `--x0` and `--dx` in their place",
+                ),
             };
-            return Err(InputFault::Member {
-                member: path(i),
-                fault: Box::new(fault),
-            });
+            let fault = Fault::expected(format!("{len} {axis} coordinates"), found, advice);
+            return Err(InputFault::from(fault).within(&path(i)));
         }
         let sibling = (!others.is_empty()).then(|| Coordinate::Listed(others.remove(0)));
         let coordinate = coordinate.clone().or(sibling);
@@ -305,8 +312,8 @@ fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputF
         let found = &variables[place];
         return match found.sample_type.number() {
             Some(_) if found.count() != Some(0) => Ok(place),
-            Some(_) => Err(no_samples(found)),
-            None => Err(not_numbers(found)),
+            Some(_) => Err(no_samples(found).into()),
+            None => Err(not_numbers(found).into()),
         };
     }
     let listed = |d: &Dimension| match d.coordinate {
@@ -338,8 +345,9 @@ fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputF
             named.next().filter(|_| named.next().is_none()).copied()
         })
     };
-    let which = || InputFault::WhichVariable {
-        variables: list(container),
+    let which = || {
+        let found = some_of(&list(container));
+        Fault::expected("one array v(t, x)", found, OTHER_VARIABLE)
     };
     let unread = |v: &&Variable| v.sample_type.way_out().is_some();
     let mut unread = variables.iter().filter(unread);
@@ -347,30 +355,27 @@ fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputF
     let has_field = candidates.iter().any(|&i| rank(&variables[i]) > 1);
     let hidden = unread.clone().find(|v| !has_field && rank(v) > 1);
     match (&candidates[..], hidden) {
-        (_, Some(hidden)) => Err(not_numbers(hidden)),
+        (_, Some(hidden)) => Err(not_numbers(hidden).into()),
         ([only], None) => Ok(*only),
         ([], None) => {
             let empty = variables.iter().find(|v| v.count() == Some(0));
             let none = || empty.map_or_else(which, no_samples);
-            Err(unread.next().map_or_else(none, not_numbers))
+            Err(unread.next().map_or_else(none, not_numbers).into())
         }
-        _ => preferred().ok_or_else(which),
+        _ => Ok(preferred().ok_or_else(which)?),
     }
 }
 
-fn no_samples(variable: &Variable) -> InputFault {
-    InputFault::NoSamples {
-        shape: variable.shape(),
-    }
+fn no_samples(variable: &Variable) -> Fault {
+    let found = format!("an array of shape {}", shape_of(&variable.shape()));
+    Fault::expected("samples", found, UNFINISHED)
 }
 
 /// The fault of a variable that holds something else.
-fn not_numbers(variable: &Variable) -> InputFault {
-    InputFault::NotNumbers {
-        variable: variable.path.clone(),
-        found: variable.sample_type.name().to_owned(),
-        way_out: variable.sample_type.way_out(),
-    }
+fn not_numbers(variable: &Variable) -> Fault {
+    let held = &variable.sample_type;
+    let advice = held.way_out().unwrap_or(OTHER_VARIABLE);
+    Fault::expected(format!("numbers in {}", variable.path), held.name(), advice)
 }
 
 /// The variables with their dimensions, for messages.
@@ -393,17 +398,17 @@ pub(in super::super) fn dimensions(variable: &Variable) -> String {
 }
 
 /// The dimension of this name, or of this number from 0.
-fn dimension(variable: &Variable, name: &str) -> Result<usize, InputFault> {
+fn dimension(variable: &Variable, name: &str) -> Result<usize, Fault> {
     let is_it = |d: &Dimension| {
         let own = d.name.as_deref().unwrap_or_default();
         own == name || last_name(own) == name
     };
     let by_name = variable.dimensions.iter().position(is_it);
     let by_number = || name.parse().ok().filter(|&d| d < variable.dimensions.len());
-    let no_such = || InputFault::NoSuchDimension {
-        name: name.to_owned(),
-        variable: variable.path.clone(),
-        dimensions: dimensions(variable),
+    let no_such = || {
+        let expected = format!("the dimension {name:?} of {}", variable.path);
+        let advice = "name one of these dimensions, or count them from 0";
+        Fault::expected(expected, format!("({})", dimensions(variable)), advice)
     };
     by_name.or_else(by_number).ok_or_else(no_such)
 }
@@ -423,21 +428,21 @@ fn places(arrays: &Arrays, d: &Dimension) -> Result<Option<Places>> {
 /// The fault of a dimension that is neither time nor space.
 fn further(arrays: &Arrays, variable: &Variable, place: usize) -> Error {
     let d = &variable.dimensions[place];
+    let name = d.name.as_deref();
+    let name = name.map_or(place.to_string(), |name| last_name(name).to_owned());
     let range = places(arrays, d).ok().flatten().and_then(|(values, unit)| {
         let (first, last) = (values.first()?, values.last()?);
-        Some((*first, *last, unit))
+        let range = format!(" from {first} to {last} {}", unit.unwrap_or_default());
+        Some((range.trim_end().to_owned(), first.to_string()))
     });
-    let name = d.name.as_deref();
-    let dimension = DimensionName {
-        name: name.map_or(place.to_string(), |name| last_name(name).to_owned()),
-        len: d.len,
-        range,
-    };
-    Error::from(InputFault::FurtherDimension {
-        variable: variable.path.clone(),
-        dimensions: dimensions(variable),
-        dimension: Box::new(dimension),
-    })
+    let (range, at) = range.unwrap_or_else(|| (String::new(), "#0".into()));
+    let (path, all, len) = (&variable.path, dimensions(variable), d.len);
+    let found = format!("{path} ({all}), also along {name} ({len} values{range})");
+    let advice = format!(
+        "state where it is taken, such as `--at {name}={at}`; `--time-dim` and `--space-dim` name the \
+         dimensions of times and sites"
+    );
+    Fault::expected("times and sites", found, advice).into()
 }
 
 /// The index of a dimension at `label`, as [`nearest`]. A dimension without coordinates has those of an array of its name.
@@ -466,11 +471,13 @@ fn nearest(
     len: u64,
     listed: Option<Places>,
     label: &Label,
-) -> Result<(u64, Option<Note>), InputFault> {
-    let refuse = |expected: String| InputFault::NoSuchLabel {
-        dimension: name.to_owned(),
-        expected,
-        found: label.to_string(),
+) -> Result<(u64, Option<Note>), Fault> {
+    let refuse = |expected: String| {
+        let advice = "`cascade inspect FILE` lists the dimensions with their values";
+        Fault::new(
+            format!("{name}: expected {expected}, found {label}"),
+            advice,
+        )
     };
     let by_number = |value: f64| {
         let is_index = value.fract() == 0.0 && (0.0..len as f64).contains(&value);

@@ -6,7 +6,7 @@ use super::super::assembly::Assembly;
 use super::super::open::Contents;
 use super::super::options::Delays;
 use super::Arrays;
-use crate::error::{InputFault, Result};
+use crate::error::{Fault, Result};
 
 /// The common part of all traces, if `treated` says that they are aligned.
 ///
@@ -28,7 +28,10 @@ pub(super) fn aligned(
     else {
         let ends = |of: fn(f64, f64) -> f64| milliseconds.iter().copied().reduce(of);
         let [least, most] = [f64::min, f64::max].map(|of| ends(of).unwrap_or(f64::NAN));
-        return Err(InputFault::Delays { least, most }.into());
+        let found = format!("delays from {least} to {most} ms");
+        let advice =
+            "take the times that all have with `--delays align`, or state `--delays ignore`";
+        return Err(Fault::expected("traces that begin at one time", found, advice).into());
     };
     let options = source.options;
     let (jitter, method) = (options.jitter, options.resample.time);
@@ -36,11 +39,20 @@ pub(super) fn aligned(
     for (trace, delay) in milliseconds.iter().enumerate() {
         let steps = (delay - milliseconds[0]) / 1e3 / step;
         let shift = Shift::of(steps, jitter, method);
-        shifts.push(shift.ok_or(InputFault::Delay { trace, steps })?);
+        shifts.push(shift.ok_or_else(|| {
+            let expected = "a delay of a whole number of steps against the first trace";
+            let advice =
+                "interpolate the traces, `--resample cubic`, or allow more, `--jitter 10%`";
+            Fault::expected(expected, format!("{steps} of trace {trace}"), advice)
+        })?);
     }
     let lengths = vec![n_times; shifts.len()];
-    let alignment = Alignment::new(shifts, lengths, method)
-        .map_err(|Apart { early, late }| InputFault::NoCommonTime { early, late })?;
+    let apart = |Apart { early, late }| {
+        let found = format!("trace {early} at its end before trace {late} begins");
+        let advice = "leave traces out: save those that overlap as a file of their own";
+        Fault::expected("two times that all traces have in common", found, advice)
+    };
+    let alignment = Alignment::new(shifts, lengths, method).map_err(apart)?;
     let shape = [contents.field.n_sites, alignment.n_times];
     let mut assembly = Assembly::new("the aligned traces", Sample::F64, shape, options)?;
     let mut record = vec![0.0; alignment.n_times];

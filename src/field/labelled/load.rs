@@ -9,7 +9,7 @@ use super::super::assembly::Assembly;
 use super::super::storage::Storage;
 use super::Arrays;
 use super::choose::Choice;
-use crate::error::{InputFault, Result};
+use crate::error::{DAMAGED, Fault, Result, shape_of};
 
 /// Bytes that are decoded at once, if a chunk is not longer.
 const SLAB: u64 = 32 << 20;
@@ -36,17 +36,17 @@ fn decoded(arrays: &Arrays, choice: &Choice) -> Result<Storage> {
         (false, Some(sites)) => (sites.dimension, n_sites, n_times),
         _ => (times.dimension, n_times, n_sites),
     };
-    let too_large = || InputFault::TooLarge {
-        shape: variable.shape(),
-        sample_bytes: sample.bytes(),
+    let too_large = || {
+        let (shape, bytes) = (shape_of(&variable.shape()), sample.bytes());
+        let found = format!("shape {shape} of {bytes}-byte samples");
+        Fault::expected("an array that can be addressed", found, DAMAGED)
     };
     let row = width.checked_mul(sample.bytes()).ok_or_else(too_large)?;
     let length = row.checked_mul(rows).ok_or_else(too_large)?;
     // A short file may claim any length.
     let most = container.most_bytes();
     if length as u64 > most {
-        let claimed = length as u64;
-        return Err(InputFault::Overclaimed { claimed, most }.into());
+        return Err(Fault::overclaimed(length as u64, most).into());
     }
     let mut block: Vec<Range<u64>> = variable.dimensions.iter().map(|d| 0..d.len).collect();
     for &(d, index) in &choice.fixed {

@@ -137,10 +137,7 @@ impl<'a> Arrays<'a> {
     /// A fault of the array of this name, or of the file where there is none.
     pub(crate) fn fault(&self, name: &str, fault: InputFault) -> Error {
         Error::from(match self.container.find(name) {
-            Some(_) => InputFault::Member {
-                member: name.to_owned(),
-                fault: Box::new(fault),
-            },
+            Some(_) => fault.within(name),
             None => fault,
         })
     }

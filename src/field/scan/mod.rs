@@ -14,7 +14,7 @@ use super::coordinates::{Coordinates, Listed};
 use super::options::OpenOptions;
 use super::resample::resampled;
 use super::{Field, Note, Sample};
-use crate::error::{Error, Result, ScanFault};
+use crate::error::{Error, Fault, Result};
 use crate::measure::digits;
 use position::{Positions, factor, fault_of};
 use records::Head;
@@ -231,8 +231,9 @@ impl Scan {
         for pair in order.windows(2) {
             let is_equal = values[pair[1]] - values[pair[0]] <= 1e-9 * span;
             if is_equal && self.equal_positions == EqualPositions::Refuse {
-                let (other, position) = (paths[pair[0]].clone(), values[pair[1]]);
-                let fault = ScanFault::EqualPositions { other, position };
+                let found = format!("{} as in {}", values[pair[1]], paths[pair[0]].display());
+                let advice = "leave one out, or take their mean: `--equal-positions average`";
+                let fault = Fault::expected("positions that differ", found, advice);
                 return Err(fault_of(&paths[pair[1]], fault));
             }
             sites.push(sites[sites.len() - 1] + usize::from(!is_equal));
@@ -314,13 +315,21 @@ fn alignment(scan: &Scan, heads: &[Head], options: &OpenOptions) -> Result<Align
         }
         let shift = (head.field.time.origin - first.origin) / first.step;
         let parts = Shift::of(shift, jitter, method);
-        parts.ok_or_else(|| fault_of(&head.path, ScanFault::Fraction { shift }))
+        parts.ok_or_else(|| {
+            let expected = "a start at a whole number of steps from that of the first file";
+            let advice =
+                "interpolate the records, `--resample cubic`, or allow more, `--jitter 5%`";
+            let fault = Fault::expected(expected, format!("{shift} steps"), advice);
+            fault_of(&head.path, fault)
+        })
     };
     let shifts = heads.iter().map(shift).collect::<Result<Vec<_>>>()?;
     let lengths = heads.iter().map(|head| head.field.n_times).collect();
     Alignment::new(shifts, lengths, method).map_err(|Apart { early, late }| {
-        let other = heads[late].path.clone();
-        fault_of(&heads[early].path, ScanFault::NoCommonTime { other })
+        let found = format!("an end before {} begins", heads[late].path.display());
+        let advice = "leave one of the two files out, or check the times of both";
+        let fault = Fault::expected("at least two times in common", found, advice);
+        fault_of(&heads[early].path, fault)
     })
 }
 

@@ -8,7 +8,7 @@ use super::super::meaning::{Meaning, known_as};
 use super::super::open::header_numbers;
 use super::super::options::OpenOptions;
 use super::PositionFrom;
-use crate::error::{Error, Result, ScanFault};
+use crate::error::{Error, Fault, Result};
 use crate::measure::{self, Length};
 
 /// One position a file.
@@ -80,13 +80,12 @@ fn varying(
             found.push(series);
         }
     }
-    let fault = match &found[..] {
+    let (found, advice): (Vec<String>, _) = match &found[..] {
         [only] => return in_one_unit(paths, only),
         [] => {
             let all = first.iter();
             let all = all.map(|one| format!("{} {}", one.name, one.value));
-            let found = all.collect();
-            ScanFault::NoPosition { place, found }
+            (all.collect(), IN_TABLE)
         }
         several => {
             let range = |series: &Vec<NamedNumber>| {
@@ -96,11 +95,21 @@ fn varying(
                 let unit = series[0].unit.as_deref().unwrap_or_default();
                 format!("{:?} ({least} to {most}{unit})", series[0].name)
             };
-            let found = several.iter().map(range).collect();
-            ScanFault::SeveralPositions { place, found }
+            let advice = match place {
+                "the names" => {
+                    "name the letters before the position, such as `--position-from name:x`"
+                }
+                _ => "name the position, such as `--position-from header:x`",
+            };
+            (several.iter().map(range).collect(), advice)
         }
     };
-    Err(fault_of(&paths[0], fault))
+    let expected = format!("one number in {place} that differs from file to file");
+    let found = match found.is_empty() {
+        true => "none".into(),
+        false => found.join(", "),
+    };
+    Err(misfit(&paths[0], Fault::expected(expected, found, advice)))
 }
 
 /// The values in the unit of the first one.
@@ -111,8 +120,8 @@ fn in_one_unit(paths: &[PathBuf], series: &[NamedNumber]) -> Result<Positions> {
         let named =
             |unit: &Option<String>| unit.clone().unwrap_or("a number without a unit".into());
         let factor = factor(one.unit.as_deref(), unit.as_deref()).ok_or_else(|| {
-            let (expected, found) = (named(&unit), named(&one.unit));
-            fault_of(path, ScanFault::PositionUnit { expected, found })
+            let expected = format!("a position in {}", named(&unit));
+            fault_of(path, Fault::expected(expected, named(&one.unit), ""))
         })?;
         values.push(one.value * factor);
     }
@@ -132,10 +141,19 @@ pub(super) fn factor(from: Option<&str>, to: Option<&str>) -> Option<f64> {
     Some(measure::size::<Length>(from?)? / measure::size::<Length>(to?)?)
 }
 
-pub(super) fn fault_of(path: &Path, fault: ScanFault) -> Error {
+const IN_TABLE: &str =
+    "list the positions in a table with the columns file and position: `--position-from table.csv`";
+
+/// The fault of a file of a scan.
+pub(super) fn fault_of(path: &Path, fault: Fault) -> Error {
+    Error::input(path)(fault)
+}
+
+/// The same where the request is at fault.
+pub(super) fn misfit(path: &Path, fault: Fault) -> Error {
     Error::Scan {
         path: path.to_owned(),
-        fault: Box::new(fault),
+        fault,
     }
 }
 
@@ -152,8 +170,9 @@ fn in_names(paths: &[PathBuf]) -> Result<Vec<Vec<NamedNumber>>> {
     match skeletons.iter().position(|other| *other != skeletons[0]) {
         None => Ok(lists),
         Some(odd) => {
-            let other = paths[0].clone();
-            Err(fault_of(&paths[odd], ScanFault::OtherName { other }))
+            let expected = format!("the numbers of {} in its name", paths[0].display());
+            let fault = Fault::expected(expected, "another text around them", IN_TABLE);
+            Err(misfit(&paths[odd], fault))
         }
     }
 }
@@ -256,8 +275,11 @@ fn of_table(table: &Path, paths: &[PathBuf]) -> Result<Positions> {
         let last = path.file_name().unwrap_or_default();
         let row = rows.get(&*path.to_string_lossy());
         let row = row.or_else(|| rows.get(&*last.to_string_lossy())).copied();
-        let table = table.to_owned();
-        row.ok_or_else(|| fault_of(path, ScanFault::NotInTable { table }))
+        row.ok_or_else(|| {
+            let expected = format!("a position in {}", table.display());
+            let advice = "add a row for it, with its path as typed or its last part";
+            misfit(path, Fault::expected(expected, "none", advice))
+        })
     };
     let found = paths.iter().map(row).collect::<Result<Vec<_>>>()?;
     let (values, roundings): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();

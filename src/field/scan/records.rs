@@ -9,8 +9,8 @@ use super::super::options::OpenOptions;
 use super::super::{Field, Note};
 use super::Scan;
 use super::correlate::{Delay, delay};
-use super::position::fault_of;
-use crate::error::{Error, InputFault, Result, ScanFault};
+use super::position::{fault_of, misfit};
+use crate::error::{Error, Fault, InputFault, Result};
 
 /// What is known of a file before its record is taken.
 #[derive(Debug)]
@@ -69,16 +69,22 @@ pub(super) fn heads(scan: &Scan, paths: &[&PathBuf], options: &OpenOptions) -> R
 /// The delay of a record of the reference against the first one, if both are alike.
 fn known_delay(scan: &Scan, path: &Path, first: &[f64], record: &[f64]) -> Result<Delay> {
     let delay = delay(first, record);
-    let delay = delay.ok_or_else(|| fault_of(path, ScanFault::NoReference))?;
+    let delay = delay.ok_or_else(|| {
+        let expected = "finite samples in the reference channel that are not all equal";
+        let advice = "name another `--reference`, or leave the file out";
+        fault_of(path, Fault::expected(expected, "others", advice))
+    })?;
     match delay.coefficient < scan.least_correlation {
         false => Ok(delay),
         true => {
-            let unlike = ScanFault::Uncorrelated {
-                least: scan.least_correlation,
-                found: delay.coefficient,
-                delay: delay.samples,
-            };
-            Err(fault_of(path, unlike))
+            let least = scan.least_correlation;
+            let expected = format!(
+                "a correlation coefficient of at least {least} with the reference of the first file"
+            );
+            let (found, samples) = (delay.coefficient, delay.samples);
+            let found = format!("{found:.3} at a delay of {samples} samples");
+            let advice = "check file and channel; `--least-correlation` accepts a weaker one";
+            Err(fault_of(path, Fault::expected(expected, found, advice)))
         }
     }
 }
@@ -118,9 +124,14 @@ fn record(scan: &Scan, path: &Path, options: &OpenOptions) -> Result<Channel> {
         (2, Some(name)) => column(&field, name).map(|reference| 1 - reference),
         _ => None,
     };
-    let found = field.n_sites();
-    let site = site.ok_or_else(|| fault_of(path, ScanFault::Channels { found }))?;
+    let site = site.ok_or_else(|| several(path, field.n_sites()))?;
     Ok(Channel { field, site })
+}
+
+fn several(path: &Path, found: usize) -> Error {
+    let advice = "name the record with `--channel` (a name, or a number from 0) or `--variable`; several files \
+                  with a field each are analyzed without `--position-from`";
+    misfit(path, Fault::expected("one record", found, advice))
 }
 
 /// The channel of this name: an array of the file, else a column by its name or its number.
@@ -136,18 +147,19 @@ fn channel(path: &Path, name: &str, options: &OpenOptions) -> Result<Channel> {
     if let Some(field) = opened {
         return match field.n_sites() {
             1 => Ok(Channel { field, site: 0 }),
-            found => Err(fault_of(path, ScanFault::Channels { found })),
+            found => Err(several(path, found)),
         };
     }
     let field = Field::open(path, options)?;
     let site = column(&field, name).ok_or_else(|| {
         let numbered = (0..field.n_sites()).map(|site| site.to_string());
-        let found = match field.channels.is_empty() {
+        let found: Vec<String> = match field.channels.is_empty() {
             true => numbered.collect(),
             false => field.channels.clone(),
         };
-        let asked = name.to_owned();
-        fault_of(path, ScanFault::NoSuchChannel { asked, found })
+        let advice = "name one of them, or count them from 0";
+        let expected = format!("the channel {name:?}");
+        misfit(path, Fault::expected(expected, found.join(", "), advice))
     })?;
     Ok(Channel { field, site })
 }
@@ -192,12 +204,10 @@ pub(super) fn check_alike(heads: &[Head], jitter: f64) -> Result<()> {
         let mut pairs = said(first).into_iter().zip(said(field));
         let differs = |(a, b): &((_, _), (_, _))| a != b && !(a.0 == "the step" && is_one_step);
         if let Some(((what, expected), (_, found))) = pairs.find(differs) {
-            let unlike = ScanFault::Unlike {
-                what,
-                expected,
-                found,
-            };
-            return Err(fault_of(path, unlike));
+            let expected = format!("{what} {expected} as in the first file");
+            let advice =
+                "leave the file out, or write it anew with the step and unit of the others";
+            return Err(fault_of(path, Fault::expected(expected, found, advice)));
         }
     }
     Ok(())

@@ -6,9 +6,8 @@
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
-
-use num_complex::Complex;
 
 /// Lanes of a block.
 pub(crate) const WIDTH: usize = 8;
@@ -62,6 +61,14 @@ pub(crate) fn on_lines<T: Copy + Default>(room: &mut Vec<T>, length: usize) -> &
 pub(crate) trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
+    /// How many.
+    const COUNT: usize = WIDTH;
+
+    /// The first numbers of these.
+    fn read(from: &[f64; WIDTH]) -> Self;
+
+    fn write(self, to: &mut [f64; WIDTH]);
+
     fn splat(value: f64) -> Self;
 
     fn sqrt(self) -> Self;
@@ -69,11 +76,19 @@ pub(crate) trait Number:
     /// `yes` where this is above 0, else `no`.
     fn choose(self, yes: Self, no: Self) -> Self;
 
-    /// By a function of single numbers.
-    fn map3(self, b: Self, c: Self, f: impl Fn(f64, f64, f64) -> f64) -> Self;
-
-    /// The same, with the place of each number, of which the first is `at`.
-    fn at_each(self, at: usize, b: Self, c: Self, f: impl Fn(usize, f64, f64, f64) -> f64) -> Self;
+    /// By a function of single numbers and their places.
+    #[inline(always)]
+    fn at_each(self, b: Self, c: Self, f: impl Fn(usize, f64, f64, f64) -> f64) -> Self {
+        let mut parts = [[0.0; WIDTH]; 3];
+        for (lanes, part) in [self, b, c].into_iter().zip(&mut parts) {
+            lanes.write(part);
+        }
+        let [mut found, b, c] = parts;
+        for l in 0..Self::COUNT {
+            found[l] = f(l, found[l], b[l], c[l]);
+        }
+        Self::read(&found)
+    }
 
     /// Itself where above 0, else 0.
     #[inline(always)]
@@ -86,31 +101,30 @@ pub(crate) trait Number:
         self.choose(self, Self::splat(0.0) - self)
     }
 
+    /// The lesser of both; itself where the other is NaN.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         (self - other).choose(other, self)
+    }
+
+    /// The larger of both; itself where the other is NaN.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        (other - self).choose(other, self)
     }
 }
 
 /// A block in registers.
 pub(crate) trait Lanes: Number {
-    fn load(block: &LaneBlock) -> Self;
+    #[inline(always)]
+    fn load(block: &LaneBlock) -> Self {
+        Self::read(&block.0)
+    }
 
-    fn store(self, block: &mut LaneBlock);
-
-    /// From numbers anywhere.
-    fn read(from: &[f64; WIDTH]) -> Self;
-
-    fn write(self, to: &mut [f64; WIDTH]);
-
-    /// Itself where less than `old`, else `old`; `old` also where this is NaN.
-    fn least(self, old: Self) -> Self;
-
-    /// Itself where larger than `old`, else `old`; `old` also where this is NaN.
-    fn largest(self, old: Self) -> Self;
-
-    /// Itself where equal to `other`, else `no`.
-    fn where_equal(self, other: Self, no: Self) -> Self;
+    #[inline(always)]
+    fn store(self, block: &mut LaneBlock) {
+        self.write(&mut block.0);
+    }
 
     /// Each lane from the one before it, the first from the last of `before`.
     fn take_left(self, before: Self) -> Self;
@@ -120,9 +134,6 @@ pub(crate) trait Lanes: Number {
 
     /// A bit for each lane, the first lowest: whether it is above 0.
     fn positive_mask(self) -> u8;
-
-    /// Real and imaginary parts of complex numbers.
-    fn parts(from: &[Complex<f64>; WIDTH]) -> [Self; 2];
 
     /// `self * factor + term`, rounded once where the processor has an instruction for it: the only operation
     /// whose bits depend on the instruction set. For sums over transforms, whose bits do so, too.
@@ -166,6 +177,18 @@ pub(crate) fn widest<W: SimdKernel>(work: W) -> W::Output {
 }
 
 impl Number for f64 {
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn read(from: &[f64; WIDTH]) -> f64 {
+        from[0]
+    }
+
+    #[inline(always)]
+    fn write(self, to: &mut [f64; WIDTH]) {
+        to[0] = self;
+    }
+
     #[inline(always)]
     fn splat(value: f64) -> f64 {
         value
@@ -180,16 +203,6 @@ impl Number for f64 {
     fn choose(self, yes: f64, no: f64) -> f64 {
         if self > 0.0 { yes } else { no }
     }
-
-    #[inline(always)]
-    fn map3(self, b: f64, c: f64, f: impl Fn(f64, f64, f64) -> f64) -> f64 {
-        f(self, b, c)
-    }
-
-    #[inline(always)]
-    fn at_each(self, at: usize, b: f64, c: f64, f: impl Fn(usize, f64, f64, f64) -> f64) -> f64 {
-        f(at, self, b, c)
-    }
 }
 
 /// Lanes for any processor.
@@ -203,7 +216,7 @@ macro_rules! by_lane {
 
             #[inline(always)]
             fn $method(self, other: Portable) -> Portable {
-                Portable(std::array::from_fn(|l| self.0[l].$method(other.0[l])))
+                Portable(from_fn(|l| self.0[l].$method(other.0[l])))
             }
         }
     )*};
@@ -211,6 +224,16 @@ macro_rules! by_lane {
 by_lane!(Add add Sub sub Mul mul Div div);
 
 impl Number for Portable {
+    #[inline(always)]
+    fn read(from: &[f64; WIDTH]) -> Portable {
+        Portable(*from)
+    }
+
+    #[inline(always)]
+    fn write(self, to: &mut [f64; WIDTH]) {
+        *to = self.0;
+    }
+
     #[inline(always)]
     fn splat(value: f64) -> Portable {
         Portable([value; WIDTH])
@@ -223,91 +246,26 @@ impl Number for Portable {
 
     #[inline(always)]
     fn choose(self, yes: Portable, no: Portable) -> Portable {
-        Portable(std::array::from_fn(|l| self.0[l].choose(yes.0[l], no.0[l])))
-    }
-
-    #[inline(always)]
-    fn map3(self, b: Portable, c: Portable, f: impl Fn(f64, f64, f64) -> f64) -> Portable {
-        Portable(std::array::from_fn(|l| f(self.0[l], b.0[l], c.0[l])))
-    }
-
-    #[inline(always)]
-    fn at_each(
-        self,
-        at: usize,
-        b: Portable,
-        c: Portable,
-        f: impl Fn(usize, f64, f64, f64) -> f64,
-    ) -> Portable {
-        Portable(std::array::from_fn(|l| {
-            f(at + l, self.0[l], b.0[l], c.0[l])
-        }))
+        Portable(from_fn(|l| self.0[l].choose(yes.0[l], no.0[l])))
     }
 }
 
 impl Lanes for Portable {
     #[inline(always)]
-    fn load(block: &LaneBlock) -> Portable {
-        Portable(block.0)
-    }
-
-    #[inline(always)]
-    fn store(self, block: &mut LaneBlock) {
-        block.0 = self.0;
-    }
-
-    #[inline(always)]
-    fn read(from: &[f64; WIDTH]) -> Portable {
-        Portable(*from)
-    }
-
-    #[inline(always)]
-    fn write(self, to: &mut [f64; WIDTH]) {
-        *to = self.0;
-    }
-
-    #[inline(always)]
-    fn least(self, old: Portable) -> Portable {
-        self.map3(old, old, |new, old, _| if new < old { new } else { old })
-    }
-
-    #[inline(always)]
-    fn largest(self, old: Portable) -> Portable {
-        self.map3(old, old, |new, old, _| if new > old { new } else { old })
-    }
-
-    #[inline(always)]
-    fn where_equal(self, other: Portable, no: Portable) -> Portable {
-        self.map3(other, no, |a, b, no| if a == b { a } else { no })
-    }
-
-    #[inline(always)]
     fn take_left(self, before: Portable) -> Portable {
-        Portable(std::array::from_fn(|l| match l {
-            0 => before.0[WIDTH - 1],
-            _ => self.0[l - 1],
-        }))
+        let lane = |l: usize| l.checked_sub(1).map_or(before.0[WIDTH - 1], |l| self.0[l]);
+        Portable(from_fn(lane))
     }
 
     #[inline(always)]
     fn take_right(self, after: Portable) -> Portable {
-        Portable(std::array::from_fn(|l| {
-            *self.0.get(l + 1).unwrap_or(&after.0[0])
-        }))
+        Portable(from_fn(|l| *self.0.get(l + 1).unwrap_or(&after.0[0])))
     }
 
     #[inline(always)]
     fn positive_mask(self) -> u8 {
         let bit = |l: usize| u8::from(self.0[l] > 0.0) << l;
         (0..WIDTH).fold(0, |mask, l| mask | bit(l))
-    }
-
-    #[inline(always)]
-    fn parts(from: &[Complex<f64>; WIDTH]) -> [Portable; 2] {
-        [
-            Portable(std::array::from_fn(|l| from[l].re)),
-            Portable(std::array::from_fn(|l| from[l].im)),
-        ]
     }
 
     #[inline(always)]
@@ -332,41 +290,17 @@ mod tests {
                 LaneBlock([1.5, -2.0, 0.0, -0.0, 1e300, 3e-310, 7.25, -1e-3]),
                 LaneBlock([0.3, 4.0, -1.0, 2.0, 1e-300, 9.0, -7.25, 1e5]),
             ];
-            let [a, b] = [L::load(&blocks[0]), L::read(&blocks[1].0)];
+            let [a, b] = blocks.each_ref().map(L::load);
             let nan = L::splat(f64::NAN);
-            let complex: [Complex<f64>; WIDTH] =
-                std::array::from_fn(|l| Complex::new(blocks[0].0[l], blocks[1].0[l]));
-            let [re, im] = L::parts(&complex);
-            let results = [
-                re,
-                im,
-                a + b,
-                a - b,
-                a * b,
-                a / b,
-                a.abs().sqrt(),
-                a.positive(),
-                a.choose(b, a),
-                a.min(b),
-                a.take_left(b),
-                a.take_right(b),
-                a.least(b),
-                b.least(a * b),
-                a.largest(b),
-                (nan - a).largest(b),
-                (nan - a).least(b),
-                a.where_equal(b, a * b),
-                a.where_equal(a.abs(), b),
-                a.map3(b, a, |a, b, c| a.mul_add(b, c)),
-            ];
+            let elementwise = [a + b, a - b, a * b, a / b, a.abs().sqrt(), a.positive()];
+            let chosen = [a.choose(b, a), a.min(b), a.max(b), a.max(nan), a.min(nan)];
+            let moved = [a.take_left(b), a.take_right(b)];
+            let each = [a.at_each(b, a, |l, a, b, c| a.mul_add(b, c + l as f64))];
             let mut bits = vec![u64::from(a.positive_mask()), u64::from(b.positive_mask())];
-            for lanes in results {
+            for lanes in [&elementwise[..], &chosen, &moved, &each].concat() {
                 let mut block = LaneBlock::default();
                 lanes.store(&mut block);
                 bits.extend(block.0.map(f64::to_bits));
-                let mut numbers = [0.0; WIDTH];
-                lanes.write(&mut numbers);
-                bits.extend(numbers.map(f64::to_bits));
             }
             bits
         }

@@ -8,7 +8,7 @@ use ndarray::{Array1, Array2};
 use super::{RUN_SCHEMA, RunFile};
 use crate::chain::scene::{SceneSource, Setup};
 use crate::chain::{Run, RunReport};
-use crate::error::{Error, InputFault, Result};
+use crate::error::{Error, Fault, Result, SIMULATE, shape_of};
 use crate::field::{Members, check_written, read_members};
 
 /// By how much masses and coefficients may differ from those that the scene gives on another
@@ -29,7 +29,7 @@ pub(super) trait Parts {
     /// Shape and values.
     fn array(&mut self, name: &str) -> Result<Option<(Vec<u64>, Vec<f64>)>>;
     /// A fault of the part of this name, or of the whole for none.
-    fn fault(&self, name: &str, fault: InputFault) -> Error;
+    fn fault(&self, name: &str, fault: Fault) -> Error;
 }
 
 impl Parts for Members<'_> {
@@ -41,8 +41,8 @@ impl Parts for Members<'_> {
         Members::array(self, name)
     }
 
-    fn fault(&self, name: &str, fault: InputFault) -> Error {
-        Members::fault(self, name, fault)
+    fn fault(&self, name: &str, fault: Fault) -> Error {
+        Members::fault(self, name, fault.into())
     }
 }
 
@@ -65,11 +65,8 @@ impl Parts for RunParts {
         Ok(self.arrays.remove(name))
     }
 
-    fn fault(&self, _: &str, fault: InputFault) -> Error {
-        Error::Input {
-            path: self.path.clone(),
-            fault,
-        }
+    fn fault(&self, _: &str, fault: Fault) -> Error {
+        Error::input(&self.path)(fault)
     }
 }
 
@@ -82,7 +79,7 @@ pub(super) fn of_parts(path: &Path, members: &mut dyn Parts, arrays: Arrays) -> 
     let report = text(members, "report")?;
     let report: RunReport = serde_json::from_str(&report).map_err(|error| {
         let reason = error.to_string();
-        members.fault("report", InputFault::RunReport { reason })
+        members.fault("report", Fault::report(reason))
     })?;
     let chain = &mut setup.simulation.chain;
     chain.mass = stated(members, "mass", &chain.mass)?;
@@ -105,14 +102,19 @@ pub(super) fn scene_and_step(path: &Path) -> Result<(Setup, f64)> {
 
 fn text(members: &mut dyn Parts, name: &'static str) -> Result<String> {
     let found = members.text(name)?;
-    found.ok_or_else(|| members.fault("", InputFault::NoRun { missing: name }))
+    found.ok_or_else(|| members.fault("", no_run(name)))
+}
+
+fn no_run(missing: &str) -> Fault {
+    let said = format!("expected a run file: the member {missing:?} is not there");
+    Fault::new(said, SIMULATE)
 }
 
 fn read_setup(path: &Path, members: &mut dyn Parts) -> Result<Setup> {
     let schema = text(members, "schema")?;
     if schema != RUN_SCHEMA {
         let reason = format!("the layout {schema:?} in place of {RUN_SCHEMA:?}");
-        return Err(members.fault("schema", InputFault::RunReport { reason }));
+        return Err(members.fault("schema", Fault::report(reason)));
     }
     let scene = text(members, "scene")?;
     SceneSource::carried(Some(path), scene).setup()
@@ -178,20 +180,18 @@ fn matrix(members: &mut dyn Parts, name: &'static str, n: usize, m: usize) -> Re
     let values = shaped(members, name, &[n as u64, m as u64])?;
     Array2::from_shape_vec((n, m), values).map_err(|error| {
         let reason = error.to_string();
-        members.fault(name, InputFault::RunReport { reason })
+        members.fault(name, Fault::report(reason))
     })
 }
 
 /// The samples of a member of exactly this shape.
 fn shaped(members: &mut dyn Parts, name: &'static str, expected: &[u64]) -> Result<Vec<f64>> {
     let Some((shape, values)) = members.array(name)? else {
-        return Err(members.fault("", InputFault::NoRun { missing: name }));
+        return Err(members.fault("", no_run(name)));
     };
     if shape != expected {
-        let fault = InputFault::RunShape {
-            expected: expected.to_vec(),
-            found: shape,
-        };
+        let expected = format!("shape {}", shape_of(expected));
+        let fault = Fault::expected(expected, shape_of(&shape), SIMULATE);
         return Err(members.fault(name, fault));
     }
     let hashes = members.text("hashes")?;
@@ -216,7 +216,8 @@ fn stated(members: &mut dyn Parts, name: &'static str, given: &[f64]) -> Result<
     });
     match at {
         Some(index) => {
-            let fault = InputFault::RunScene { what: name, index };
+            let found = format!("another {name} at index {index}");
+            let fault = Fault::expected("what the scene in the file says", found, SIMULATE);
             Err(members.fault(name, fault))
         }
         None => Ok(values),

@@ -47,39 +47,28 @@ pub fn sync_directory(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// How a name is given otherwise than by a plain rename, which takes the place of a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Renaming {
-    /// Two names are exchanged at once.
-    Exchange,
-    /// In place of nothing.
-    New,
-}
-
-impl Renaming {
-    /// Renames so in one step; `false` if the file system cannot.
-    pub(super) fn at_once(self, from: &Path, to: &Path) -> Result<bool> {
-        #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
-        {
-            use rustix::fs::{CWD, RenameFlags, renameat_with};
-            let flags = match self {
-                Renaming::Exchange => RenameFlags::EXCHANGE,
-                Renaming::New => RenameFlags::NOREPLACE,
-            };
-            match renameat_with(CWD, from, CWD, to, flags).map_err(std::io::Error::from) {
-                Ok(()) => Ok(true),
-                // Some containers forbid what their filter of system calls does not know. Where the
-                // names themselves may not be changed, what is tried next fails, too.
-                Err(error) if error.kind() == ErrorKind::PermissionDenied => Ok(false),
-                Err(error) if is_refusal(&error) => Ok(false),
-                Err(error) => Err(error),
-            }
+/// Exchanges two names in one step, or gives one that nothing has; `false` if the file system cannot.
+pub(super) fn rename_at_once(from: &Path, to: &Path, is_exchange: bool) -> Result<bool> {
+    #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
+    {
+        use rustix::fs::{CWD, RenameFlags, renameat_with};
+        let flags = match is_exchange {
+            true => RenameFlags::EXCHANGE,
+            false => RenameFlags::NOREPLACE,
+        };
+        match renameat_with(CWD, from, CWD, to, flags).map_err(std::io::Error::from) {
+            Ok(()) => Ok(true),
+            // Some containers forbid what their filter of system calls does not know. Where the
+            // names themselves may not be changed, what is tried next fails, too.
+            Err(error) if error.kind() == ErrorKind::PermissionDenied => Ok(false),
+            Err(error) if is_refusal(&error) => Ok(false),
+            Err(error) => Err(error),
         }
-        #[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
-        {
-            let _ = (from, to);
-            Ok(false)
-        }
+    }
+    #[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
+    {
+        let _ = (from, to, is_exchange);
+        Ok(false)
     }
 }
 
@@ -88,7 +77,7 @@ impl Renaming {
 /// # Errors
 /// The system's, [`ErrorKind::AlreadyExists`] where something has it.
 pub(super) fn rename_new(from: &Path, to: &Path) -> Result<()> {
-    if Renaming::New.at_once(from, to)? {
+    if rename_at_once(from, to, false)? {
         return Ok(());
     }
     if fs::symlink_metadata(from)?.is_file() {
@@ -130,21 +119,22 @@ pub(super) fn remove(path: &Path) -> Result<()> {
 #[cfg(test)]
 pub(super) mod synced {
     use std::cell::RefCell;
-    use std::collections::BTreeSet;
+    use std::ffi::OsString;
     use std::path::{Path, PathBuf};
 
+    type Synced = Vec<(PathBuf, Vec<OsString>)>;
+
     thread_local! {
-        static SYNCED: RefCell<Vec<(PathBuf, BTreeSet<String>)>> = const { RefCell::new(Vec::new()) };
+        static SYNCED: RefCell<Synced> = const { RefCell::new(Vec::new()) };
     }
 
     pub(in crate::publish) fn note(path: &Path) {
         let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
-        let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
-        let names = names.collect();
+        let names = entries.map(|entry| entry.file_name()).collect();
         SYNCED.with_borrow_mut(|all| all.push((path.to_owned(), names)));
     }
 
-    pub(in crate::publish) fn take() -> Vec<(PathBuf, BTreeSet<String>)> {
+    pub(in crate::publish) fn take() -> Synced {
         SYNCED.take()
     }
 }

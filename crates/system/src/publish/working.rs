@@ -5,7 +5,7 @@ use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
 use super::abandoned::remove_abandoned;
-use super::durable::{Renaming, remove, rename_new, sync_directory, sync_tree};
+use super::durable::{remove, rename_at_once, rename_new, sync_directory, sync_tree};
 use super::{LOCK, OLD, beside, is_there, lock};
 
 /// How often a folder is made that another run removes in the same moment.
@@ -121,10 +121,7 @@ impl Working {
     /// # Errors
     /// The system's. An older target is untouched unless only the last sync failed.
     pub fn publish(&mut self) -> Result<()> {
-        sync_tree(&self.path)?;
-        fs::rename(&self.path, &self.target)?;
-        self.state = State::Published;
-        self.sync_names()
+        self.give_name(State::Published, |it| fs::rename(&it.path, &it.target))
     }
 
     /// As [`Working::publish`], in place of nothing.
@@ -132,10 +129,7 @@ impl Working {
     /// # Errors
     /// The system's, [`ErrorKind::AlreadyExists`] where something has the name of the target.
     pub fn publish_new(&mut self) -> Result<()> {
-        sync_tree(&self.path)?;
-        rename_new(&self.path, &self.target)?;
-        self.state = State::Published;
-        self.sync_names()
+        self.give_name(State::Published, |it| rename_new(&it.path, &it.target))
     }
 
     /// Waits until no other process that does the same gives several files in the folder of the target their
@@ -151,9 +145,13 @@ impl Working {
     /// The system's, with the target as it was; or, where names cannot be exchanged at once, the
     /// place to which the old target was moved.
     pub fn swap(&mut self) -> Result<()> {
+        self.give_name(State::Swapped, Working::exchange)
+    }
+
+    fn give_name(&mut self, given: State, rename: fn(&Working) -> Result<()>) -> Result<()> {
         sync_tree(&self.path)?;
-        self.exchange()?;
-        self.state = State::Swapped;
+        rename(self)?;
+        self.state = given;
         self.sync_names()
     }
 
@@ -172,7 +170,7 @@ impl Working {
     }
 
     fn exchange(&self) -> Result<()> {
-        match Renaming::Exchange.at_once(&self.path, &self.target)? {
+        match rename_at_once(&self.path, &self.target, true)? {
             true => Ok(()),
             false => self.swap_by_renames(),
         }
@@ -247,51 +245,38 @@ mod tests {
     #[test]
     fn regress_what_is_published_is_on_the_disk() {
         let place = tempfile::tempdir().unwrap();
-        type Publish = fn(&mut Working) -> Result<()>;
-        let ways: [(&str, Publish); 3] = [
-            ("new/plain", Working::publish),
-            ("new/first", Working::publish_new),
-            ("new/plain", Working::swap),
-        ];
-        for is_file in [true, false] {
-            for (name, publish) in ways {
-                let target = place.path().join(format!("{is_file}")).join(name);
-                let name = target.file_name().unwrap().to_str().unwrap().to_owned();
-                let folder = folder_of(&target);
+        let ways = [Working::publish, Working::publish_new, Working::swap];
+        let names = ["plain", "first", "plain"];
+        for parts in [&[""][..], &["", "b", "b/c"]] {
+            let above = place.path().join(parts.len().to_string());
+            for (publish, name) in ways.into_iter().zip(names) {
+                let folder = above.join("new");
                 let is_folder_new = !folder.exists();
-                let mut working = Working::reserve(&target).unwrap();
+                let mut working = Working::reserve(&folder.join(name)).unwrap();
                 let path = working.path().to_owned();
-                let mut written = vec![path.clone()];
-                match is_file {
-                    true => fs::write(&path, "1").unwrap(),
-                    false => {
-                        fs::create_dir_all(path.join("b")).unwrap();
-                        fs::write(path.join("b/c"), "1").unwrap();
-                        written.extend([path.join("b"), path.join("b/c")]);
-                    }
+                if parts.len() > 1 {
+                    fs::create_dir_all(path.join("b")).unwrap();
                 }
+                let file = parts.last().map(|part| path.join(part)).unwrap();
+                fs::write(file.components().collect::<PathBuf>(), "1").unwrap();
                 synced::take();
                 publish(&mut working).unwrap();
                 let synced = synced::take();
                 let at = |path: &Path| synced.iter().position(|(at, _)| at == path);
                 let named = at(&folder).expect("the folder of the target");
-                assert!(synced[named].1.contains(&name), "{name}: {synced:?}");
-                for path in &written {
-                    let is_before = at(path).is_some_and(|at| at < named);
-                    assert!(is_before, "{path:?}: {synced:?}");
-                }
-                if is_folder_new {
-                    let above = at(&place.path().join(format!("{is_file}")));
-                    assert!(above.is_some() && at(place.path()).is_some(), "{synced:?}");
-                }
-                drop(working);
+                assert!(synced[named].1.contains(&name.into()), "{synced:?}");
+                let is_before = |part: &&str| at(&path.join(part)).is_some_and(|at| at < named);
+                assert!(parts.iter().all(is_before), "{synced:?}");
+                let has_above = at(&above).is_some() && at(place.path()).is_some();
+                assert!(has_above || !is_folder_new, "{synced:?}");
             }
         }
-        let target = place.path().join("whole");
-        crate::publish::write_whole(&target, b"1").unwrap();
+        crate::publish::write_whole(&place.path().join("whole"), b"1").unwrap();
         let synced = synced::take();
-        assert_eq!(synced.len(), 2, "{synced:?}");
-        assert!(synced[1].1.contains("whole"));
+        assert!(
+            synced.len() == 2 && synced[1].1.contains(&"whole".into()),
+            "{synced:?}"
+        );
     }
 
     #[test]
