@@ -156,7 +156,8 @@ impl Flux {
 /// Of unit cells of several sites each site has amplitudes of its own with the same `a` and `k` per cell, and P is the mean over the sites. Of a
 /// strain rate, `|A|^2 / k^2` is the square of the velocity.
 ///
-/// Intervals are by the jackknife over groups of sites (noise, gains) and of frequencies or shots (noise, random powers).
+/// Intervals are by the jackknife over groups of sites (noise, gains) and of frequencies or shots (noise, random powers), each of which
+/// counts half in turn; the larger one of both.
 ///
 /// # Shapes and units
 /// Each field is one record of every site (a shot). P in W per cycle, J of a transient, where mass and field have units; else

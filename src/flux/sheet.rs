@@ -20,7 +20,7 @@ const DEFINITIONS: &str = "\
         +x and towards -x are told apart by their phases along x; the net flux is the difference of both.
     Attenuation: Loss of amplitude per length: 1 Np is 8.686 dB.
     Loss factor: Attenuation times group velocity over πf, the share of its energy that a wave loses in a radian; 1/Q.
-    Interval: By the jackknife over groups of sites, and of frequencies or shots.
+    Interval: By the jackknife over groups of sites, and of frequencies or shots, the larger one.
     Linear waves: The flux is that of waves whose speed does not depend on their amplitude, of one branch at each frequency.";
 
 /// Decibels of a neper.
