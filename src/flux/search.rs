@@ -99,9 +99,10 @@ impl<'a> Search<'a> {
                     Travelling::TowardMinusX => [0.0, 1.0],
                     _ => [1.0; 2],
                 },
-                groups: match fields.len() {
-                    1 => GROUPS,
-                    shots => shots.min(GROUPS),
+                groups: if fields.len() > 1 {
+                    fields.len().min(GROUPS)
+                } else {
+                    GROUPS
                 },
                 span: (sites - 1) as f64 * field.space.step,
                 is_law: law.is_some(),
@@ -331,17 +332,15 @@ fn power(
             let expected = "numbers: samples, times or positions have no unit that is known";
             return fault(expected, format!("{masses:?}"));
         }
-        _ => {
-            let unit = compose(&[&square(&sample), &units.velocity, passed], &[]);
-            (1.0, unit)
-        }
+        _ => (
+            1.0,
+            compose(&[&square(&sample), &units.velocity, passed], &[]),
+        ),
     };
-    let values = masses.iter().map(|mass| mass.value);
-    let values = if masses.is_empty() {
-        vec![1.0]
-    } else {
-        values.collect()
-    };
+    let mut values: Vec<f64> = masses.iter().map(|mass| mass.value).collect();
+    if values.is_empty() {
+        values.push(1.0);
+    }
     let times = measure * size / values.len() as f64;
     Ok((values.iter().map(|mass| times * mass).collect(), unit))
 }
