@@ -1,356 +1,360 @@
 //! Waves both ways in a band of frequencies: their amplitudes, their loss, their wavenumber and its slope.
 
+use std::array::from_fn;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
+use ndarray::{Array1, ArrayView1};
 use num_complex::Complex;
 
+use super::NoFlux;
 use crate::numeric::{eliminated, jackknife};
 
-/// Groups of sites, and of rows, that are left out in turn.
+/// Groups of sites, and of frequencies, that count half in turn: left out, those at the ends of a parabola would say too much.
 pub(super) const GROUPS: usize = 10;
-const ITERATIONS: usize = 40;
-/// Rows of a band at most in which another wave is looked for.
-const LOOKED_AT: usize = 16;
+const HALF: f64 = 0.5;
+const ITERATIONS: i32 = 12;
 /// Share of its row below which a pivot is none.
 const SINGULAR: f64 = 1e-12;
-/// Loss and wavenumber in the middle, and the wavenumber's changes by the offset and by its square.
-pub(super) type Unknowns = [f64; 4];
-const ZERO: Complex<f64> = Complex::new(0.0, 0.0);
+/// Rows of a band at most in which another wave is looked for.
+const LOOKED_AT: usize = 16;
+/// Share of the power that the waves leave, and share of that in one wavenumber, above which this is another wave.
+const LEFT: f64 = 0.05;
+const IN_ONE: f64 = 0.4;
+/// Power of the waves over that of the noise in as many unknowns, at least.
+const OVER_NOISE: f64 = 2.0;
+/// Phase, or logarithm of the amplitude, to which a wave is known over all sites at least: beyond it errors are none of a linear fit.
+const KNOWN: f64 = 0.5;
+/// Share of itself to which the group velocity is known at least.
+const VELOCITY_KNOWN: f64 = 0.3;
+/// Share of the shapes of the two waves that is not the same at least.
+const TOLD_APART: f64 = 0.2;
+/// Factor between the power at an end and that of the waves there at most.
+const AT_ENDS: f64 = 1.5;
+/// Square of what is left of a wave of amplitude 1 without the other at which both are the same.
+const SAME: f64 = 1e-9;
 
-/// One frequency of one shot.
+/// Loss and wavenumber in the middle of the band, and the wavenumber's changes by the offset and by its square.
+pub(super) type Unknowns = [f64; 4];
+type Line = Array1<Complex<f64>>;
+
+/// One frequency of one shot at one site of each cell.
 pub(super) struct Row<'a> {
-    /// Of each site.
-    pub spectrum: &'a [Complex<f64>],
-    pub frequency: f64,
-    /// From the middle of the band, -1 to 1 at its ends.
+    pub spectrum: ArrayView1<'a, Complex<f64>>,
+    /// Of its sites, from the first one of all.
+    pub distances: ArrayView1<'a, f64>,
+    /// Of its frequency from the middle of the band, over the frequency there.
     pub offset: f64,
-    /// Wavenumber per site and group velocity in sites of a stated relation; 0 and `None` where they are searched.
+    /// Wavenumber of a stated relation, 0 where it is searched; the group velocity, if it is stated.
     pub wavenumber: f64,
     pub velocity: Option<f64>,
     /// What the square of an amplitude is of the flux, over the group velocity.
     pub weight: f64,
-    /// Cells from the first site of all to this row's first, and from its last to the last of all.
-    pub beyond: [f64; 2],
+    /// Shots are as random as they differ; frequencies of one record in blocks, since neighbours share a window's lobe.
+    pub group: usize,
 }
 
-/// Rows of one band, by rising frequency, each `A q^j + B q^(n-1-j)` with `q = exp(-(loss + i wavenumber))`, and noise.
-pub(super) struct Band<'a> {
-    pub rows: Vec<Row<'a>>,
-    pub shots: usize,
-    /// Where the search begins.
-    pub starts: Vec<Unknowns>,
-    /// How many unknowns are searched.
-    pub unknowns: usize,
-    /// Whether there are waves towards earlier sites, B, too.
-    pub is_both: bool,
+/// What is so of all bands.
+pub(super) struct Setup {
+    /// 1 of waves towards +x and towards -x that there are, 0 of others.
+    pub ways: [f64; 2],
+    /// Of shots, or of frequencies of one record.
+    pub groups: usize,
+    /// From the first site to the last.
+    pub span: f64,
+    pub is_law: bool,
     /// Whether a transient is as it is, and its power has no random spread.
     pub is_single: bool,
-    /// Half of the band in cycles.
-    pub half: f64,
-    /// Length of a cell where samples are strain rates.
-    pub strain: Option<f64>,
+    /// Power of the wavenumber by which the square of a sample is that of a velocity.
+    pub strain: i32,
 }
 
-/// Per cell: the loss of amplitude; frequency, wavenumber, group velocity, means by power; the flux of both waves where they enter.
-#[derive(Debug, Clone, Copy, Default)]
+/// Rows of one band, each `A exp(-(loss + i wavenumber) x) + B exp(-(loss + i wavenumber) (span - x))`, and noise.
+pub(super) struct Band<'a> {
+    pub setup: &'a Setup,
+    pub rows: Vec<Row<'a>>,
+    pub middle: f64,
+}
+
+/// What is found of a band.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Numbers {
+    /// Of amplitude.
     pub loss: f64,
+    /// The mean by power; the wavenumber and the group velocity there.
     pub frequency: f64,
     pub wavenumber: f64,
     pub velocity: f64,
+    /// Of both waves where they enter.
     pub flux: [f64; 2],
 }
 
-#[derive(Debug, Clone)]
 pub(super) struct Found {
     pub numbers: Numbers,
-    /// The same without each group of sites, and of rows.
-    pub without: [Vec<Numbers>; 2],
-    /// Power of the waves over that of as many unknowns of noise.
-    pub over_noise: f64,
-    /// `1 - |<A|B>|^2` of the two waves' shapes.
-    pub apart: f64,
-    /// Share of the power that the waves leave, and of that the share of one wavenumber: 1 of another wave, `ln(n) / n` of noise.
-    pub left: [f64; 2],
-    /// The largest factor between the power that the waves have among the sites of an end, and that of these sites.
-    pub ends: f64,
+    /// The same with half of each group of sites, and of rows.
+    halved: [Vec<Numbers>; 2],
+}
+
+/// All rows at some unknowns.
+struct Fit {
+    at: Unknowns,
+    rows: Vec<Fitted>,
+}
+
+struct Fitted {
+    amplitudes: [Complex<f64>; 2],
+    /// What the square of each has of a unit of noise.
+    noise: [f64; 2],
+    /// `1 - |<A|B>|^2` of both waves' shapes.
+    apart: f64,
+    /// What the waves leave.
+    left: Line,
+    /// By the exponent, half of the slope of the square of that, and of its bend.
+    slope: Complex<f64>,
+    bend: f64,
 }
 
 impl Found {
-    /// Standard errors of a quantity by what is left out: sites, and rows.
-    pub fn errors(&self, of: impl Fn(&Numbers) -> f64) -> [f64; 2] {
-        let error =
-            |list: usize| jackknife(&self.without[list].iter().map(&of).collect::<Vec<_>>());
-        [error(0), error(1)]
-    }
-
-    /// The larger one, of what has no random spread: noise is in both, gains are in sites, waves cut by the record in rows.
-    pub fn error(&self, of: impl Fn(&Numbers) -> f64) -> f64 {
-        let [sites, rows] = self.errors(of);
-        sites.max(rows)
+    /// Standard error of a sum over bands: the larger one of what groups of sites say (noise, gains), which are those of all bands,
+    /// and groups of rows of each (noise, random powers, waves cut by the record).
+    pub fn error(found: &[&Found], of: &dyn Fn(&Numbers) -> f64) -> f64 {
+        let sum = |g: usize| found.iter().map(|found| of(&found.halved[0][g])).sum();
+        let sites: Vec<f64> = (0..GROUPS).map(sum).collect();
+        let rows = found.iter().map(|found| {
+            let rows: Vec<f64> = found.halved[1].iter().map(of).collect();
+            jackknife(&rows).powi(2)
+        });
+        jackknife(&sites).max(rows.sum::<f64>().sqrt()) / (1.0 - HALF)
     }
 }
 
-/// Sums over rows at some unknowns.
-#[derive(Default)]
-struct Sums {
-    normal: [Unknowns; 4],
-    gradient: Unknowns,
-    residual: f64,
-    squares: f64,
-    /// Complex numbers that the waves do not explain.
-    left: f64,
-    apart: f64,
-    /// Both amplitudes of each row, and what their squares have of a unit of noise.
-    waves: Vec<([Complex<f64>; 2], [f64; 2])>,
+impl Row<'_> {
+    /// `loss + i wavenumber`.
+    fn exponent(&self, at: &Unknowns) -> Complex<f64> {
+        Complex::new(at[0], self.wavenumber + searched(at, self.offset))
+    }
+}
+
+impl Fit {
+    /// Power of what the waves leave.
+    fn left(&self) -> f64 {
+        self.rows.iter().map(|row| square(&row.left)).sum()
+    }
 }
 
 impl Band<'_> {
-    pub fn found(&self) -> Found {
-        let tried = self.starts.iter().map(|start| self.least_squares(*start));
-        let best = tried.min_by(|a, b| a.1.residual.total_cmp(&b.1.residual));
-        let (at, sums) = best.unwrap_or_default();
-        let n = self.rows[0].spectrum.len();
-        let sites = GROUPS.min(n);
-        // Shots are as random as they differ; frequencies of one record in blocks, since neighbours share a window's lobe.
-        let count = if self.shots > 1 {
-            self.shots
-        } else {
-            GROUPS.min(self.rows.len())
+    /// What is found from the best of some starts.
+    pub fn found(&self, starts: &[Unknowns]) -> Result<Found, NoFlux> {
+        let tried = starts.iter().map(|start| self.least_squares(*start));
+        let best = tried.min_by(|a, b| a.left().total_cmp(&b.left()));
+        let fit = best.ok_or(NoFlux::NoWave)?;
+        let weight = |is_halved: bool| if is_halved { HALF } else { 1.0 };
+        // Of neighbours: with less of them the fit tells how far it is off where waves change along x.
+        let of_sites = |g: usize| {
+            let n = self.rows[0].spectrum.len();
+            let sites = Array1::from_shape_fn(n, |j| weight(j * GROUPS / n == g));
+            let at = self.step(&self.fit(fit.at, &sites), &every, 0.0);
+            self.numbers(&self.fit(at, &sites), &every)
         };
-        let group = |i: usize| match self.shots {
-            1 => i * count / self.rows.len(),
-            shots => i % shots,
+        let of_rows = |g: usize| {
+            let at = self.step(&fit, &|row| weight(row.group == g), 0.0);
+            let power = |row: &Row| weight(row.group == g && !self.setup.is_single);
+            self.numbers(&self.fit(at, &self.all()), &power)
         };
-        let without_sites = |g: usize| {
-            // Neighbours, without which the fit tells how far it is off where waves change along x.
-            let has = |j: usize| j * sites / n != g;
-            let at = self
-                .step(&at, &self.sums(&at, has, every), 0.0)
-                .unwrap_or(at);
-            self.numbers(&at, &self.sums(&at, has, every), every)
-        };
-        let without_rows = |g: usize| {
-            let has = |i: usize| group(i) != g;
-            let at = self
-                .step(&at, &self.sums(&at, every, has), 0.0)
-                .unwrap_or(at);
-            let sums = self.sums(&at, every, every);
-            self.numbers(&at, &sums, |i| self.is_single || has(i))
-        };
-        let waves = if self.is_both { 2.0 } else { 1.0 } * self.rows.len() as f64;
-        Found {
-            numbers: self.numbers(&at, &sums, every),
-            without: [
-                (0..sites).map(without_sites).collect(),
-                (0..count).map(without_rows).collect(),
+        let found = Found {
+            numbers: self.numbers(&fit, &every),
+            halved: [
+                (0..GROUPS).map(of_sites).collect(),
+                (0..self.setup.groups).map(of_rows).collect(),
             ],
-            over_noise: (sums.squares - sums.residual) / waves / (sums.residual / sums.left),
-            apart: sums.apart / self.rows.len() as f64,
-            left: [sums.residual / sums.squares, self.in_one(&at, &sums)],
-            ends: self.ends(&at, &sums),
-        }
-    }
-
-    /// Noise adds to the power of sites, and takes nothing from it.
-    fn ends(&self, at: &Unknowns, sums: &Sums) -> f64 {
-        let n = self.rows[0].spectrum.len();
-        let (width, noise) = (n.div_ceil(GROUPS), sums.residual / sums.left);
-        let factor = |from: usize| {
-            let (mut found, mut waves) = (0.0, 0.0);
-            for (row, ([a, b], _)) in self.rows.iter().zip(&sums.waves) {
-                let ratio = (-Self::exponent(row, at)).exp();
-                for j in from..from + width {
-                    let wave = a * ratio.powu(j as u32) + b * ratio.powu((n - 1 - j) as u32);
-                    found += row.spectrum[j].norm_sqr();
-                    waves += wave.norm_sqr();
-                }
-            }
-            let all_noise = noise * (self.rows.len() * width) as f64;
-            f64::max(waves / found, found / (waves + all_noise))
         };
-        f64::max(factor(0), factor(n - width))
+        self.checked(found, &fit)
     }
 
-    /// Share of what the waves leave of each of some rows that one wavenumber holds, a mean.
-    fn in_one(&self, at: &Unknowns, sums: &Sums) -> f64 {
+    /// What is found, if it is of one wave each way.
+    fn checked(&self, found: Found, fit: &Fit) -> Result<Found, NoFlux> {
         let n = self.rows[0].spectrum.len();
-        let share = |(row, ([a, b], _)): (&Row, &([Complex<f64>; 2], [f64; 2]))| {
-            let ratio = (-Self::exponent(row, at)).exp();
-            let wave = |j: usize| a * ratio.powu(j as u32) + b * ratio.powu((n - 1 - j) as u32);
-            let left = row.spectrum.iter().enumerate();
-            let left: Vec<Complex<f64>> = left.map(|(j, x)| x - wave(j)).collect();
-            let of = |m: usize| {
-                let turn = |j: usize| Complex::cis(TAU * (m * j % n) as f64 / n as f64);
-                let terms = left.iter().enumerate().map(|(j, x)| x * turn(j));
-                terms.sum::<Complex<f64>>().norm_sqr()
+        // Of samples less so much of what the waves leave.
+        let power = |sites: Range<usize>, less: f64| -> f64 {
+            let of_row = |(row, fitted): (&Row, &Fitted)| -> f64 {
+                let site = |j: usize| row.spectrum[j] - fitted.left[j] * less;
+                sites.clone().map(|j| site(j).norm_sqr()).sum()
             };
-            let all: f64 = left.iter().map(|x| x.norm_sqr()).sum();
-            (0..n).map(of).fold(0.0, f64::max) / (n as f64 * all)
+            self.rows.iter().zip(&fit.rows).map(of_row).sum()
         };
-        let rows = self.rows.iter().zip(&sums.waves);
-        let shares = rows.step_by(self.rows.len().div_ceil(LOOKED_AT)).map(share);
-        let shares: Vec<f64> = shares.collect();
-        shares.iter().sum::<f64>() / shares.len() as f64
+        let noise = self.noise(fit) * fit.rows.len() as f64;
+        // Noise adds to the power of sites, and takes nothing from it.
+        let is_cut = |sites: Range<usize>| {
+            let all_noise = noise * sites.len() as f64;
+            let (found, waves) = (power(sites.clone(), 0.0), power(sites, 1.0));
+            f64::max(waves / found, found / (waves + all_noise)) > AT_ENDS
+        };
+        let width = n.div_ceil(GROUPS);
+        // Share that one wavenumber has of what is left: 1 of another wave, ln(n) / n of noise.
+        let in_one = |row: &Fitted| {
+            let turn = |m: usize| Complex::cis(TAU * m as f64 / n as f64);
+            let sum = |turn: Complex<f64>| row.left.fold(Complex::ZERO, |sum, x| sum * turn + x);
+            let bins = (0..n).map(|m| sum(turn(m)).norm_sqr());
+            bins.fold(0.0, f64::max) / n as f64
+        };
+        let looked_at = fit.rows.iter().step_by(fit.rows.len().div_ceil(LOOKED_AT));
+        let all = looked_at.clone().map(|row| square(&row.left));
+        let share = looked_at.map(in_one).sum::<f64>() / all.sum::<f64>();
+        let error = |of: &dyn Fn(&Numbers) -> f64| Found::error(&[&found], of);
+        let off = error(&|n| n.loss).max(error(&|n| n.wavenumber)) * self.setup.span;
+        let numbers = &found.numbers;
+        let off_velocity = error(&|n| n.velocity) / numbers.velocity;
+        let least = OVER_NOISE * noise * (self.setup.ways[0] + self.setup.ways[1]);
+        let apart = fit.rows.iter().map(|row| row.apart).sum::<f64>() / fit.rows.len() as f64;
+        let is_other = fit.left() > LEFT * power(0..n, 0.0) && share > IN_ONE;
+        let is_none = off.is_nan() || off > KNOWN || power(0..n, 1.0) < least;
+        let is_cut = is_cut(0..width) || is_cut(n - width..n);
+        let decays = numbers.loss.abs() * TAU > numbers.wavenumber.abs();
+        let is_open = !(0.0..VELOCITY_KNOWN).contains(&off_velocity);
+        let reasons = [
+            (is_other, NoFlux::SeveralWaves),
+            (is_none, NoFlux::NoWave),
+            (is_cut, NoFlux::Ends),
+            (decays && numbers.wavenumber != 0.0, NoFlux::Evanescent),
+            (apart < TOLD_APART, NoFlux::Directions),
+            (is_open, NoFlux::Velocity),
+        ];
+        let reason = reasons.into_iter().find(|(is_so, _)| *is_so);
+        reason.map_or(Ok(found), |(_, reason)| Err(reason))
     }
 
-    /// By the method of Levenberg and Marquardt.
-    fn least_squares(&self, mut at: Unknowns) -> (Unknowns, Sums) {
-        let mut sums = self.sums(&at, every, every);
-        let mut damping = 1e-3;
-        for _ in 0..ITERATIONS {
-            let Some(tried) = self.step(&at, &sums, damping) else {
-                break;
+    /// All sites, each as one.
+    fn all(&self) -> Array1<f64> {
+        Array1::ones(self.rows[0].spectrum.len())
+    }
+
+    /// By the method of Levenberg and Marquardt, with a damping that falls.
+    fn least_squares(&self, start: Unknowns) -> Fit {
+        let next = |fit: Fit, n: i32| {
+            let at = self.step(&fit, &every, 0.5f64.powi(n));
+            self.fit(at, &self.all())
+        };
+        (0..ITERATIONS).fold(self.fit(start, &self.all()), next)
+    }
+
+    /// Of sites that count so much. The amplitudes are eliminated (variable projection).
+    fn fit(&self, at: Unknowns, sites: &Array1<f64>) -> Fit {
+        let roots = sites.mapv(f64::sqrt);
+        let of_row = |row: &Row| {
+            let away = [row.distances.to_owned(), self.setup.span - &row.distances];
+            let shape = |way: usize| -> Line {
+                let decay = away[way].mapv(|x| (-x * row.exponent(&at)).exp());
+                decay * &roots * self.setup.ways[way]
             };
-            let next = self.sums(&tried, every, every);
-            let gain = sums.residual - next.residual;
-            let is_done = (0.0..=1e-14 * sums.squares).contains(&gain) || damping > 1e8;
-            if gain >= 0.0 {
-                (at, sums) = (tried, next);
+            let shapes = [shape(0), shape(1)];
+            // Each wave as far as the other has nothing of it.
+            let own: [Line; 2] = from_fn(|way| {
+                let (own, other) = (&shapes[way], &shapes[1 - way]);
+                own - other * over(dot(other, own), square(other))
+            });
+            let fit = |line: &Line| own.each_ref().map(|own| over(dot(own, line), square(own)));
+            let rest = |line: &Line| {
+                let [a, b] = fit(line);
+                line - &shapes[0] * a - &shapes[1] * b
+            };
+            let spectrum = &row.spectrum * &roots;
+            let amplitudes = fit(&spectrum);
+            let change = |way: usize| &shapes[way] * &away[way] * -amplitudes[way];
+            // The derivative of the waves by the exponent, less what the amplitudes make up for.
+            let (left, change) = (rest(&spectrum), rest(&(change(0) + change(1))));
+            Fitted {
+                amplitudes,
+                noise: own.each_ref().map(|own| over(Complex::ONE, square(own)).re),
+                apart: square(&own[0]) / square(&shapes[0]),
+                slope: dot(&change, &left),
+                bend: square(&change),
+                left,
             }
-            if is_done {
-                break;
-            }
-            damping *= if gain >= 0.0 { 0.1 } else { 10.0 };
-        }
-        (at, sums)
-    }
-
-    /// `loss + i wavenumber` of a row.
-    fn exponent(row: &Row, at: &Unknowns) -> Complex<f64> {
-        let searched = at[1] + row.offset * (at[2] + row.offset * at[3]);
-        Complex::new(at[0], row.wavenumber + searched)
-    }
-
-    /// Sums of some sites and rows.
-    fn sums(
-        &self,
-        at: &Unknowns,
-        has_site: impl Fn(usize) -> bool,
-        has_row: impl Fn(usize) -> bool,
-    ) -> Sums {
-        let n = self.rows[0].spectrum.len();
-        let kept: Vec<usize> = (0..n).filter(|j| has_site(*j)).collect();
-        let (mut sums, mut shape) = (Sums::default(), vec![ZERO; n]);
-        for (_, row) in self.rows.iter().enumerate().filter(|(i, _)| has_row(*i)) {
-            let (ratio, mut power) = ((-Self::exponent(row, at)).exp(), Complex::new(1.0, 0.0));
-            for value in &mut shape {
-                *value = power;
-                power *= ratio;
-            }
-            self.add(row, &shape, &kept, &mut sums);
-        }
-        sums
-    }
-
-    /// Adds a row, whose amplitudes are eliminated (variable projection).
-    fn add(&self, row: &Row, shape: &[Complex<f64>], kept: &[usize], sums: &mut Sums) {
-        let last = shape.len() - 1;
-        let (mut gram, mut cross, mut right) = ([0.0; 2], ZERO, [ZERO; 2]);
-        for j in kept {
-            let (a, b, x) = (shape[*j], shape[last - j], row.spectrum[*j]);
-            gram[0] += a.norm_sqr();
-            gram[1] += b.norm_sqr();
-            cross += a.conj() * b;
-            right[0] += a.conj() * x;
-            right[1] += b.conj() * x;
-        }
-        let apart = gram[0] * gram[1] - cross.norm_sqr();
-        // The inverse of the Gram matrix of the shapes.
-        let (own, other) = match self.is_both {
-            true => ([gram[1] / apart, gram[0] / apart], -cross / apart),
-            false => ([1.0 / gram[0], 0.0], ZERO),
         };
-        let solved = |right: [Complex<f64>; 2]| {
-            let first = right[0] * own[0] + other * right[1];
-            [first, right[1] * own[1] + other.conj() * right[0]]
-        };
-        let waves = solved(right);
-        let (mut slope, mut along, mut size) = (ZERO, [ZERO; 2], 0.0);
-        for j in kept {
-            let (a, b) = (shape[*j], shape[last - j]);
-            let residual = row.spectrum[*j] - waves[0] * a - waves[1] * b;
-            // The derivative of the waves by the exponent.
-            let change = waves[1] * b * (*j as f64 - last as f64) - waves[0] * a * *j as f64;
-            slope += change.conj() * residual;
-            size += change.norm_sqr();
-            along[0] += a.conj() * change;
-            along[1] += b.conj() * change;
-            sums.residual += residual.norm_sqr();
-            sums.squares += row.spectrum[*j].norm_sqr();
-        }
-        let explained = solved(along);
-        let explained = along[0].conj() * explained[0] + along[1].conj() * explained[1];
-        // The derivatives by wavenumbers are i times that by the loss.
-        let powers = [1.0, 1.0, row.offset, row.offset * row.offset];
-        for (i, p) in powers.iter().enumerate() {
-            sums.gradient[i] += p * if i == 0 { slope.re } else { slope.im };
-            for (j, q) in powers
-                .iter()
-                .enumerate()
-                .filter(|(j, _)| (i == 0) == (*j == 0))
-            {
-                sums.normal[i][j] += (size - explained.re) * p * q;
-            }
-        }
-        sums.left += kept.len() as f64 - if self.is_both { 2.0 } else { 1.0 };
-        sums.apart += apart / (gram[0] * gram[1]);
-        sums.waves.push((waves, own));
+        let rows = self.rows.iter().map(of_row).collect();
+        Fit { at, rows }
     }
 
-    /// The next unknowns.
-    fn step(&self, at: &Unknowns, sums: &Sums, damping: f64) -> Option<Unknowns> {
-        let row = |i: usize| {
-            let mut row = sums.normal[i][..self.unknowns].to_vec();
-            row[i] *= 1.0 + damping;
-            row.push(sums.gradient[i]);
+    /// The next unknowns, of rows that count so much.
+    fn step(&self, fit: &Fit, weight: &dyn Fn(&Row) -> f64, damping: f64) -> Unknowns {
+        let sum = |of: &dyn Fn(&Fitted) -> f64, power: i32| -> f64 {
+            let all = self.rows.iter().zip(&fit.rows);
+            all.map(|(row, fitted)| weight(row) * of(fitted) * row.offset.powi(power))
+                .sum()
+        };
+        let bends = [0, 1, 2, 3, 4].map(|power| sum(&|fitted| fitted.bend, power));
+        // The derivatives by wavenumbers are i times that by the loss, which has no part in them.
+        let equation = |a: usize| {
+            let slope = sum(&|fitted| fitted.slope.im, a as i32);
+            let mut row = vec![bends[a], bends[a + 1], bends[a + 2], slope];
+            row[a] *= 1.0 + damping;
             row
         };
-        let solved = eliminated((0..self.unknowns).map(row).collect(), SINGULAR)?;
-        let mut next = *at;
-        next.iter_mut()
-            .zip(&solved)
-            .for_each(|(value, step)| *value += step[0]);
-        Some(next)
+        let equations = if self.setup.is_law { 0 } else { 3 };
+        let equations = (0..equations).map(equation).collect();
+        let solved = eliminated(equations, SINGULAR).unwrap_or_default();
+        let mut next = fit.at;
+        next[0] += sum(&|fitted| fitted.slope.re, 0) / (bends[0] * (1.0 + damping));
+        let wavenumbers = next[1..].iter_mut().zip(&solved);
+        wavenumbers.for_each(|(value, step)| *value += step[0]);
+        next
     }
 
-    /// What the sums over all rows say; the flux is that of all by those of some.
-    fn numbers(&self, at: &Unknowns, sums: &Sums, has: impl Fn(usize) -> bool) -> Numbers {
-        let noise = sums.residual / sums.left;
-        let mut numbers = Numbers {
-            loss: at[0],
-            ..Numbers::default()
-        };
-        let (mut all, mut slowness, mut counted) = (0.0, 0.0, 0.0);
-        for (i, (row, (waves, own))) in self.rows.iter().zip(&sums.waves).enumerate() {
-            let [a, b] = waves.map(|wave| wave.norm_sqr());
-            let slope = (at[2] + 2.0 * row.offset * at[3]) / self.half;
-            let (power, velocity) = (a + b, row.velocity.unwrap_or(TAU / slope));
-            all += power;
-            slowness += power / velocity;
-            numbers.frequency += power * row.frequency;
-            numbers.wavenumber += power * Self::exponent(row, at).im;
-            if has(i) {
-                counted += 1.0;
-                let wavenumber = Self::exponent(row, at).im;
-                let square = self.strain.map_or(1.0, |cell| (cell / wavenumber).powi(2));
-                for (way, power) in [a, b].into_iter().enumerate() {
-                    let entered = (2.0 * at[0] * row.beyond[way]).exp() * square;
-                    let power = power - noise * own[way];
-                    numbers.flux[way] += row.weight * velocity * entered * power;
-                }
-            }
+    /// Mean square of the noise at a site.
+    fn noise(&self, fit: &Fit) -> f64 {
+        let freedom = self.all().sum() - self.setup.ways[0] - self.setup.ways[1];
+        fit.left() / (freedom * fit.rows.len() as f64)
+    }
+
+    /// What rows say, which count so much for the flux.
+    fn numbers(&self, fit: &Fit, weight: &dyn Fn(&Row) -> f64) -> Numbers {
+        let (at, noise, of_slope) = (&fit.at, self.noise(fit), TAU * self.middle);
+        let (mut sums, mut flux, mut count) = ([0.0; 4], [0.0; 2], 0.0);
+        for (row, fitted) in self.rows.iter().zip(&fit.rows) {
+            let measured = of_slope / (at[2] + 2.0 * row.offset * at[3]);
+            let velocity = row.velocity.unwrap_or(measured);
+            let wavenumber = row.exponent(at).im;
+            let strain = wavenumber.powi(self.setup.strain);
+            let powers = fitted.amplitudes.map(|amplitude| amplitude.norm_sqr());
+            let terms = [1.0, row.offset, row.wavenumber, 1.0 / velocity];
+            sums = from_fn(|n| sums[n] + (powers[0] + powers[1]) * terms[n]);
+            let times = weight(row) * row.weight * velocity * strain;
+            flux = from_fn(|way| flux[way] + times * (powers[way] - noise * fitted.noise[way]));
+            count += weight(row);
         }
-        numbers.frequency /= all;
-        numbers.wavenumber /= all;
-        numbers.velocity = all / slowness;
-        numbers.flux = numbers
-            .flux
-            .map(|flux| flux * self.rows.len() as f64 / counted);
-        numbers
+        let [power, offset, wavenumber, slowness] = sums;
+        Numbers {
+            loss: at[0],
+            frequency: self.middle * (1.0 + offset / power),
+            wavenumber: wavenumber / power + searched(at, offset / power),
+            velocity: power / slowness,
+            flux: flux.map(|flux| flux * self.rows.len() as f64 / count),
+        }
     }
 }
 
-fn every(_: usize) -> bool {
-    true
+/// The wavenumber, less that of a stated relation.
+fn searched(at: &Unknowns, offset: f64) -> f64 {
+    at[1] + offset * (at[2] + offset * at[3])
+}
+
+fn every(_: &Row) -> f64 {
+    1.0
+}
+
+fn dot(a: &Line, b: &Line) -> Complex<f64> {
+    a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
+}
+
+fn square(line: &Line) -> f64 {
+    line.iter().map(Complex::norm_sqr).sum()
+}
+
+/// 0 of a wave that there is not, or that is the same as the other.
+fn over(part: Complex<f64>, power: f64) -> Complex<f64> {
+    if power > SAME {
+        part / power
+    } else {
+        Complex::ZERO
+    }
 }

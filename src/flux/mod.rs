@@ -7,11 +7,9 @@ mod band;
 mod search;
 mod sheet;
 
-use ndarray::Array2;
-
-use crate::analyze::{Axes, Dispersion};
+use crate::analyze::Dispersion;
 use crate::error::{Error, Result};
-use crate::estimates::{SIGNIFICANCE, check_significance};
+use crate::estimates::{SIGNIFICANCE, check_significance, first_of};
 use crate::field::{Field, Quantity};
 use crate::measure::{LinearDensity, Measure};
 use crate::observer::Observer;
@@ -19,20 +17,7 @@ use crate::prepare::Gaps;
 use crate::ridges::{Ridges, RidgesRequest, ridges};
 use crate::system::threads::in_pool;
 use crate::transform::Travelling;
-use band::Found;
 use search::Search;
-
-/// Where the group velocity comes from.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub enum GroupVelocity {
-    /// The slope of the wavenumbers that the waves have.
-    #[default]
-    Measured,
-    /// This one, in units of length over units of time.
-    Stated(f64),
-    /// The slope of a relation, whose wavenumbers the waves have.
-    Of(Dispersion),
-}
 
 /// All choices of [`flux`].
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +25,10 @@ pub struct FluxRequest {
     /// Mass of a unit of length, in SI units where the field has units, at each site of a unit cell: of one for a uniform line, of two
     /// for a dimer. Empty: the flux is that of one unit of mass per length.
     pub mass_per_length: Vec<Measure<LinearDensity>>,
-    pub group_velocity: GroupVelocity,
+    /// In units of length over units of time; `None`: the slope of the wavenumbers that the waves have.
+    pub group_velocity: Option<f64>,
+    /// The relation that wavenumbers, and group velocities if they are not stated, follow; `None`: that of the waves.
+    pub dispersion: Option<Dispersion>,
     /// Waves that there are: [`Travelling::Anywhere`] for both ways.
     pub towards: Travelling,
     /// Parts with a number each of the frequencies at which waves are found, at most.
@@ -58,7 +46,8 @@ impl Default for FluxRequest {
     fn default() -> Self {
         FluxRequest {
             mass_per_length: Vec::new(),
-            group_velocity: GroupVelocity::Measured,
+            group_velocity: None,
+            dispersion: None,
             towards: Travelling::Anywhere,
             bands: 24,
             gaps: Gaps::Refuse,
@@ -70,15 +59,15 @@ impl Default for FluxRequest {
 }
 
 /// Why no flux is stated of a band.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoFlux {
     /// Nothing stands above what one wave each way leaves, noise or another motion.
     NoWave,
-    /// There is not one wave each way, or none of the stated relation.
-    SeveralWaves,
     /// At an end of the array the power is not that of the waves.
     Ends,
+    /// There is not one wave each way, or none of the stated relation.
+    SeveralWaves,
     /// The wave decays within its length.
     Evanescent,
     /// The array is too short to tell both directions apart.
@@ -108,8 +97,9 @@ pub struct FluxBand {
     /// Loss of amplitude in Np per unit of length.
     pub attenuation: Known,
     pub loss_factor: Known,
+    /// `[towards +x, towards -x, net]` of each site: power (energy).
     #[serde(skip)]
-    found: Option<Found>,
+    pub flux: [Vec<Known>; 3],
 }
 
 /// What [`flux`] finds.
@@ -123,9 +113,7 @@ pub struct Flux {
     /// Positions of the sites of whole cells.
     pub positions: Vec<f64>,
     pub bands: Vec<FluxBand>,
-    /// `[towards +x, towards -x, net]` of each band and site: power (energy) per unit of frequency, and half of its interval.
-    pub density: [[Array2<f64>; 2]; 3],
-    /// The sum of the bands that are stated, of each site.
+    /// The same of all bands that are stated.
     pub total: [Vec<Known>; 3],
     /// Decibels per unit of length by which the larger of both totals falls.
     pub loss: Known,
@@ -134,10 +122,14 @@ pub struct Flux {
 }
 
 impl Flux {
-    /// Whether more goes towards -x.
-    fn is_backward(&self) -> bool {
-        let largest = |way: &[Known]| way.iter().fold(0.0, |m: f64, p| m.max(p.value));
-        largest(&self.total[1]) > largest(&self.total[0])
+    /// The way that more goes: 0 towards +x, 1 towards -x; the site at which it enters, and the last one.
+    fn larger(&self) -> (usize, [usize; 2]) {
+        let largest = |way: usize| self.total[way].iter().fold(0.0, |m: f64, p| m.max(p.value));
+        let last = self.positions.len() - 1;
+        match largest(1) > largest(0) {
+            true => (1, [last, 0]),
+            false => (0, [0, last]),
+        }
     }
 }
 
@@ -164,7 +156,8 @@ impl Flux {
 /// Of unit cells of several sites each site has amplitudes of its own with the same `a` and `k` per cell, and P is the mean over the sites. Of a
 /// strain rate, `|A|^2 / k^2` is the square of the velocity.
 ///
-/// Intervals are by the jackknife over groups of sites (noise, gains) and of frequencies or shots (noise, random powers).
+/// Intervals are by the jackknife over groups of sites (noise, gains) and of frequencies or shots (noise, random powers), each of which
+/// counts half in turn; the larger one of both.
 ///
 /// # Shapes and units
 /// Each field is one record of every site (a shot). P in W per cycle, J of a transient, where mass and field have units; else
@@ -181,24 +174,13 @@ pub fn flux(fields: &[&Field], request: &FluxRequest, observer: &dyn Observer) -
     check_significance(request.alpha)?;
     Error::require(request.bands > 0, "bands", "at least one", 0)?;
     let cell = request.mass_per_length.len().max(1);
-    let sites = fields.first().map_or(0, |field| field.n_sites());
+    let cells = first_of(fields)?.n_sites() / cell;
     let expected = "masses of a unit cell, of which the field has at least 8";
-    Error::require(
-        cell == 1 || sites / cell >= 8,
-        "mass-per-length",
-        expected,
-        sites / cell,
-    )?;
-    let cells: Vec<Field> = fields
-        .iter()
-        .filter(|_| cell > 1)
-        .map(|field| every(field, cell))
-        .collect();
-    let lattice: Vec<&Field> = if cell > 1 {
-        cells.iter().collect()
-    } else {
-        fields.to_vec()
-    };
+    Error::require(cell == 1 || cells >= 8, "mass-per-length", expected, cells)?;
+    let quantity = fields[0].quantity;
+    let is_known = matches!(quantity, Quantity::Velocity | Quantity::StrainRate);
+    let expected = "velocities or strain rates";
+    Error::require(is_known, "quantity", expected, quantity.in_words())?;
     let scan = |segment| {
         let request = RidgesRequest {
             segment,
@@ -207,46 +189,18 @@ pub fn flux(fields: &[&Field], request: &FluxRequest, observer: &dyn Observer) -
             memory: request.memory,
             ..RidgesRequest::default()
         };
-        ridges(&lattice, &request, observer)
+        ridges(fields, &request, observer)
     };
     let mut found = scan(None)?;
     // A transient is seen best whole.
     if found.independence.is_transient() {
         found = scan(Some(fields[0].n_times()))?;
     }
-    let scan = found;
-    let quantity = fields[0].quantity;
-    let is_known = matches!(quantity, Quantity::Velocity | Quantity::StrainRate);
-    let expected = "velocities or strain rates";
-    Error::require(is_known, "quantity", expected, quantity.in_words())?;
-    let law = match &request.group_velocity {
-        GroupVelocity::Of(law) => {
-            let (time, space) = (fields[0].time.clone(), fields[0].space.clone());
-            Some(law.on(&Axes {
-                time,
-                space,
-                ..scan.analysis.axes.clone()
-            })?)
-        }
-        _ => None,
-    };
+    let law = request.dispersion.as_ref();
+    let law = law.map(|law| law.on(&found.analysis.axes)).transpose()?;
     in_pool(request.threads, || {
-        Search::new(fields, request, &scan, law, observer)?.run()
+        Ok(Search::new(fields, request, &found, law, observer)?.run())
     })
-}
-
-/// The first site of each cell.
-fn every(field: &Field, cell: usize) -> Field {
-    let (n_times, n_sites) = (field.n_times(), field.n_sites());
-    let mut samples = vec![0.0; n_times * n_sites];
-    field.read_time_major(0..n_times, 0..n_sites, &mut samples);
-    let of = |(n, j): (usize, usize)| samples[n * n_sites + j * cell];
-    let mut lattice = Field::from_array(Array2::from_shape_fn((n_times, n_sites / cell), of));
-    lattice.name.clone_from(&field.name);
-    lattice.unit.clone_from(&field.unit);
-    (lattice.time, lattice.space) = (field.time.clone(), field.space.clone());
-    lattice.space.step *= cell as f64;
-    lattice
 }
 
 impl Known {
@@ -254,4 +208,11 @@ impl Known {
         value: f64::NAN,
         half: f64::NAN,
     };
+
+    fn times(self, factor: f64) -> Known {
+        Known {
+            value: factor * self.value,
+            half: factor.abs() * self.half,
+        }
+    }
 }

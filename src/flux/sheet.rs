@@ -1,10 +1,12 @@
 //! What a flux says.
 
+use std::collections::BTreeSet;
 use std::f64::consts::LN_10;
 
 use serde_json::json;
 
 use super::{Flux, FluxBand, Known, NoFlux};
+use crate::field::Axis;
 use crate::measure::counted;
 use crate::numeric::sorted;
 use crate::sheet::{
@@ -18,7 +20,7 @@ const DEFINITIONS: &str = "\
         +x and towards -x are told apart by their phases along x; the net flux is the difference of both.
     Attenuation: Loss of amplitude per length: 1 Np is 8.686 dB.
     Loss factor: Attenuation times group velocity over πf, the share of its energy that a wave loses in a radian; 1/Q.
-    Interval: By the jackknife over groups of sites, and of frequencies or shots.
+    Interval: By the jackknife over groups of sites, and of frequencies or shots, the larger one.
     Linear waves: The flux is that of waves whose speed does not depend on their amplitude, of one branch at each frequency.";
 
 /// Decibels of a neper.
@@ -29,38 +31,15 @@ const SAID: f64 = 0.1;
 const PREFIXES: [&str; 11] = ["a", "f", "p", "n", "µ", "m", "", "k", "M", "G", "T"];
 
 impl NoFlux {
-    const ALL: [(NoFlux, &str); 6] = [
-        (
-            NoFlux::NoWave,
-            "no wave stands above what one wave each way leaves (noise, waves that have not passed all sites)",
-        ),
-        (
-            NoFlux::Ends,
-            "the waves do not pass all sites as one wave each way (they begin, end, grow or are cut within the array)",
-        ),
-        (NoFlux::SeveralWaves, "there is not one wave each way"),
-        (NoFlux::Evanescent, "the wave decays within its length"),
-        (
-            NoFlux::Directions,
-            "the array is too short to tell both directions apart (`--towards plus-x` where nothing comes back)",
-        ),
-        (
-            NoFlux::Velocity,
-            "the wavenumbers do not tell the group velocity (`--group-velocity` or `--dispersion` state it)",
-        ),
-    ];
-}
-
-impl Known {
-    fn times(self, factor: f64) -> Known {
-        Known {
-            value: factor * self.value,
-            half: factor.abs() * self.half,
+    fn why(self) -> &'static str {
+        match self {
+            NoFlux::NoWave => "no wave stands above what one wave each way leaves",
+            NoFlux::Ends => "the waves begin, end, grow or are cut within the array",
+            NoFlux::SeveralWaves => "there is not one wave each way",
+            NoFlux::Evanescent => "the wave decays within its length",
+            NoFlux::Directions => "the array is too short to tell both ways apart (`--towards`)",
+            NoFlux::Velocity => "the waves do not tell their group velocity (`--group-velocity`)",
         }
-    }
-
-    fn words(self, unit: &str) -> String {
-        with_half(self.value, self.half, unit)
     }
 }
 
@@ -73,6 +52,11 @@ impl FluxBand {
             half: half / (value * value),
         }
     }
+
+    /// Flux per unit of frequency.
+    fn density(&self, way: usize, site: usize) -> Known {
+        self.flux[way][site].times(1.0 / (self.to - self.from))
+    }
 }
 
 impl Describe for Flux {
@@ -80,47 +64,35 @@ impl Describe for Flux {
     /// totals `total_plus` and others (sites); `wavenumber`, `group_velocity`, `attenuation` in Np, `attenuation_decibels`,
     /// `loss_factor`, `quality_factor` (bands). Halves of their intervals have `_half` behind the name.
     fn describe(&self) -> Sheet<'_> {
-        let words = self.units(true);
+        let words = self.units(Units::in_words);
         let mut sheet = Sheet {
             needs_sites_in_step: true,
             about: "flux of energy of waves both ways, and their loss".into(),
-            answer: self.answer(),
+            answer: self.answer(&words),
             note: format!("Intervals: {}.", confidence(self.alpha)),
+            warnings: self.scan.analysis.warnings.clone(),
             ..Sheet::of("flux", "Flux of energy", DEFINITIONS)
         };
         let factors = self.bands.iter().map(|band| band.loss_factor.value);
         let factors = sorted(factors.filter(|value| value.is_finite()));
         if let Some(last) = factors.len().checked_sub(1) {
             let [low, middle, high] = [last / 4, last / 2, last - last / 4].map(|n| factors[n]);
-            let text = with_range(low, middle, high);
-            sheet.fact(
-                "loss factor",
-                format!("{text}, median and quartiles of the bands"),
-            );
+            let range = with_range(low, middle, high);
+            let text = format!("{range}, median and quartiles of the bands");
+            sheet.fact("loss factor", text);
         }
-        let stated = percent(self.stated);
-        sheet.fact(
-            "stated",
-            format!("{stated} of the power of all samples is of bands with a flux"),
-        );
-        for (reason, why) in NoFlux::ALL {
-            let without: Vec<_> = self
-                .bands
-                .iter()
-                .filter(|b| b.reason == Some(reason))
-                .collect();
-            if let (Some(first), Some(last)) = (without.first(), without.last()) {
-                let [from, to] = [first.from, last.to].map(|f| with_unit(f, &words.frequency));
-                let count = without.len();
-                sheet.fact(
-                    "without a flux",
-                    format!("{} within {from} to {to}: {why}", counted(count, "band")),
-                );
-            }
+        let share = percent(self.stated);
+        let text = format!("{share} of the power of all samples is of bands with a flux");
+        sheet.fact("stated", text);
+        for reason in self.reasons() {
+            let without = self.bands.iter().filter(|band| band.reason == Some(reason));
+            let bands: Vec<&FluxBand> = without.collect();
+            let (from, to) = (bands[0].from, bands[bands.len() - 1].to);
+            let [from, to] = [from, to].map(|f| with_unit(f, &words.frequency));
+            let (count, why) = (counted(bands.len(), "band"), reason.why());
+            let text = format!("{count} within {from} to {to}: {why}");
+            sheet.fact("without a flux", text);
         }
-        sheet
-            .warnings
-            .extend_from_slice(&self.scan.analysis.warnings);
         sheet.numbers(json!({
             "time_unit": words.time,
             "space_unit": words.space,
@@ -138,168 +110,128 @@ impl Describe for Flux {
     }
 
     fn pictures(&self) -> Vec<PlotRow> {
-        let words = self.units(true);
-        let last = self.positions.len() - 1;
-        let enters = if self.is_backward() { last } else { 0 };
-        let series = |name: &str, colour, of: &dyn Fn(usize) -> Known| {
-            let points = self.bands.iter().map(|band| band.frequency).enumerate();
-            let points = points.map(|(b, f)| [f, of(b).value, of(b).half]);
-            Series::with_errors(name, colour, points)
+        let (words, (_, [enters, _])) = (self.units(Units::in_words), self.larger());
+        type Of<'a> = &'a dyn Fn(&FluxBand) -> Known;
+        let chart = |title: String, y: String, series: &[(&str, usize, Of<'_>)]| {
+            let series = series.iter().map(|(name, colour, of)| {
+                let points = self.bands.iter().map(|band| (band.frequency, of(band)));
+                Series::with_errors(*name, *colour, points.map(|(f, y)| [f, y.value, y.half]))
+            });
+            let frequency = words.label(Role::Frequency);
+            PlotRow::of([Chart::of(title, frequency, y, series.collect()).about_zero()])
         };
-        let flux = |name: &str, colour, way: usize| {
-            let [value, half] = self.density[way].each_ref().map(|map| map.column(enters));
-            series(name, colour, &|b| Known {
-                value: value[b],
-                half: half[b],
-            })
-        };
-        let both = vec![
-            flux("towards +x", BLUE, 0),
-            flux("towards −x", VERMILLION, 1),
-        ];
-        let loss = vec![series("loss factor", BLUE, &|b| self.bands[b].loss_factor)];
-        let frequency = words.label(Role::Frequency);
         let unit = label("flux", &compose(&[&self.power_unit], &[&words.frequency]));
-        let title = format!("flux at site {enters}");
-        let map = self.scan.map().map(|map| PlotRow::of([map]).high(1.4));
-        let charts = [
-            Chart::of(title, frequency.clone(), unit, both).about_zero(),
-            Chart::of("loss factor", frequency, String::from("loss factor"), loss).about_zero(),
+        let ways: [(&str, usize, Of<'_>); 2] = [
+            ("towards +x", BLUE, &|band| band.density(0, enters)),
+            ("towards −x", VERMILLION, &|band| band.density(1, enters)),
         ];
-        map.into_iter()
-            .chain(charts.map(|chart| PlotRow::of([chart])))
-            .collect()
+        let map = self.scan.map().map(|map| PlotRow::of([map]).high(1.4));
+        let flux = chart(format!("flux at site {enters}"), unit, &ways);
+        let name = "loss factor";
+        let factor: (&str, usize, Of<'_>) = (name, BLUE, &|band| band.loss_factor);
+        let factors = chart(name.into(), name.into(), &[factor]);
+        map.into_iter().chain([flux, factors]).collect()
     }
 }
 
 impl Flux {
-    fn units(&self, is_in_words: bool) -> Units {
+    fn units(&self, of: fn(&Axis, &Axis, Option<&str>) -> Units) -> Units {
         let axes = &self.scan.analysis.axes;
-        let of = if is_in_words {
-            Units::in_words
-        } else {
-            Units::of
-        };
         of(&axes.time, &axes.space, None)
     }
 
-    fn answer(&self) -> String {
+    /// Those of bands without a flux.
+    fn reasons(&self) -> BTreeSet<NoFlux> {
+        self.bands.iter().filter_map(|band| band.reason).collect()
+    }
+
+    fn answer(&self, words: &Units) -> String {
         let count = |reason| self.bands.iter().filter(|b| b.reason == reason).count();
         if count(None) == 0 {
-            let most = NoFlux::ALL
-                .into_iter()
-                .rev()
-                .max_by_key(|(reason, _)| count(Some(*reason)));
-            return format!("no flux can be stated: {}", most.map_or("", |(_, why)| why));
+            let reasons = self.reasons().into_iter().rev();
+            let most = reasons.max_by_key(|reason| count(Some(*reason)));
+            let why = most.unwrap_or(NoFlux::NoWave).why();
+            return format!("no flux can be stated: {why}");
         }
-        let (words, last) = (self.units(true), self.positions.len() - 1);
-        let (way, [enters, leaves], [towards, other]) = match self.is_backward() {
-            false => (0, [0, last], ["+x", "−x"]),
-            true => (1, [last, 0], ["−x", "+x"]),
+        let (way, [enters, leaves]) = self.larger();
+        let [towards, other] = [["+x", "−x"], ["−x", "+x"]][way];
+        let back = self.total[1 - way][enters];
+        let [first, reach] = [enters, leaves].map(|site| self.total[way][site]);
+        let thousands = match &self.power_unit[..] {
+            "W" | "J" if first.value > 0.0 => (first.value.log10() / 3.0).floor().clamp(-6.0, 4.0),
+            _ => 0.0,
         };
-        let [first, reach, back] = [(way, enters), (way, leaves), (1 - way, enters)]
-            .map(|(way, site)| self.total[way][site]);
-        let is_metric = matches!(&self.power_unit[..], "W" | "J") && first.value > 0.0;
-        let thousands = if is_metric {
-            (first.value.log10() / 3.0).floor().clamp(-6.0, 4.0)
-        } else {
-            0.0
+        let (prefix, unit) = (PREFIXES[(thousands + 6.0) as usize], &self.power_unit);
+        let said = |known: Known, unit: &str| {
+            let known = known.times(1000f64.powf(-thousands));
+            with_half(known.value, known.half, unit)
         };
-        let unit = format!(
-            "{}{}",
-            PREFIXES[(thousands + 6.0) as usize],
-            self.power_unit
-        );
-        let factor = 1000f64.powf(-thousands);
-        let returns = match back.value > back.half {
-            true => format!(", {} return towards {other}", back.times(factor).words("")),
-            false => String::new(),
+        let (first, reach) = (said(first, &format!("{prefix}{unit}")), said(reach, ""));
+        let passes = format!("{first} pass site {enters} towards {towards}");
+        let mut text = format!("{passes}, {reach} reach site {leaves}");
+        if back.value > back.half {
+            text += &format!(", {} return towards {other}", said(back, ""));
+        }
+        let Known { value, half } = self.loss;
+        let (value, verb) = match value < -half {
+            true => (-value, "gained"),
+            false => (value, "lost"),
         };
-        let (first, reach) = (
-            first.times(factor).words(&unit),
-            reach.times(factor).words(""),
-        );
-        let decibels = compose(&["dB"], &[&words.space]);
-        let loss = match self.loss.value < -self.loss.half {
-            true => format!("{} are gained", self.loss.times(-1.0).words(&decibels)),
-            false => format!("{} are lost", self.loss.words(&decibels)),
-        };
-        let lost = |b: usize| {
-            let (density, band) = (&self.density[way][0], &self.bands[b]);
-            let lost = (density[[b, enters]] - density[[b, leaves]]) * (band.to - band.from);
-            (lost, band.frequency)
-        };
-        let all = (0..self.bands.len())
-            .map(lost)
-            .filter(|(lost, _)| lost.is_finite());
-        let most = match all.max_by(|a, b| a.0.total_cmp(&b.0)) {
-            Some((_, f)) if self.loss.value > self.loss.half => {
-                format!(", most at {}", with_unit(f, &words.frequency))
-            }
-            _ => String::new(),
-        };
-        let without = match 1.0 - self.stated {
-            share if share > SAID => {
-                format!("; {} of the power of all samples has none", percent(share))
-            }
-            _ => String::new(),
-        };
-        format!(
-            "{first} pass site {enters} towards {towards}, {reach} reach site {leaves}{returns}: {loss}{most}{without}"
-        )
+        let decibels = with_half(value, half, &compose(&["dB"], &[&words.space]));
+        text += &format!(": {decibels} are {verb}");
+        let lost = |band: &FluxBand| band.flux[way][enters].value - band.flux[way][leaves].value;
+        let stated = self.bands.iter().filter(|band| band.reason.is_none());
+        let most = stated.max_by(|a, b| lost(a).total_cmp(&lost(b)));
+        if let Some(most) = most.filter(|_| self.loss.value > half) {
+            text += &format!(", most at {}", with_unit(most.frequency, &words.frequency));
+        }
+        if 1.0 - self.stated > SAID {
+            let share = percent(1.0 - self.stated);
+            text += &format!("; {share} of the power of all samples has none");
+        }
+        text
     }
 
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
-        let units = self.units(false);
+        let (units, sites) = (self.units(Units::of), self.positions.len());
         let [np, db] = ["Np", "dB"].map(|unit| compose(&[unit], &[&units.space]));
-        let [f, k, v] = [&units.frequency[..], &units.wavenumber, &units.velocity];
-        let band = |of: fn(&FluxBand) -> f64| self.bands.iter().map(of).collect::<Vec<f64>>();
-        sheet.axis(Role::Position, &units, self.positions.clone());
-        sheet.axis(Role::Frequency, &units, band(|band| band.frequency));
-        sheet.line("from", "frequency", f, band(|band| band.from));
-        sheet.line("to", "frequency", f, band(|band| band.to));
-        type Of = fn(&FluxBand) -> Known;
-        let quantities: [(&str, &str, Of); 6] = [
-            ("wavenumber", k, |b| b.wavenumber),
-            ("group_velocity", v, |b| b.group_velocity),
-            ("attenuation", &np, |b| b.attenuation),
-            ("attenuation_decibels", &db, |b| {
-                b.attenuation.times(DECIBELS)
-            }),
-            ("loss_factor", "", |b| b.loss_factor),
-            ("quality_factor", "", |b| b.quality_factor()),
-        ];
-        let pair = |sheet: &mut Sheet, [name, dimension, unit]: [&str; 3], known: Vec<Known>| {
-            let [values, halves]: [Vec<f64>; 2] = [
-                known.iter().map(|known| known.value).collect(),
-                known.iter().map(|known| known.half).collect(),
-            ];
-            sheet.line(name, dimension, unit, values);
-            sheet.line(&format!("{name}_half"), dimension, unit, halves);
+        let f = &units.frequency[..];
+        let line = |of: fn(&FluxBand) -> f64| self.bands.iter().map(of).collect::<Vec<f64>>();
+        sheet.axis(Role::Position, &units, &self.positions);
+        sheet.axis(Role::Frequency, &units, line(|b| b.frequency));
+        sheet.line("from", "frequency", f, line(|b| b.from));
+        sheet.line("to", "frequency", f, line(|b| b.to));
+        let mut add = |name: &str, dimensions: &[(&str, usize)], unit: &str, all: Vec<Known>| {
+            let parts: [fn(&Known) -> f64; 2] = [|known| known.value, |known| known.half];
+            for (end, of) in ["", "_half"].into_iter().zip(parts) {
+                let values: Vec<f64> = all.iter().map(of).collect();
+                sheet.variable(&format!("{name}{end}"), dimensions, unit, values);
+            }
         };
-        for (name, unit, of) in quantities {
-            pair(
-                sheet,
-                [name, "frequency", unit],
-                self.bands.iter().map(of).collect(),
-            );
-        }
+        let bands = ("frequency", self.bands.len());
+        let mut of_bands = |name: &str, unit: &str, of: fn(&FluxBand) -> Known| {
+            add(name, &[bands], unit, self.bands.iter().map(of).collect());
+        };
+        of_bands("wavenumber", &units.wavenumber, |b| b.wavenumber);
+        of_bands("group_velocity", &units.velocity, |b| b.group_velocity);
+        of_bands("attenuation", &np, |b| b.attenuation);
+        let decibels = |b: &FluxBand| b.attenuation.times(DECIBELS);
+        of_bands("attenuation_decibels", &db, decibels);
+        of_bands("loss_factor", "", |b| b.loss_factor);
+        of_bands("quality_factor", "", FluxBand::quality_factor);
         let density = compose(&[&self.power_unit], &[f]);
+        let axes = [bands, ("position", sites)];
         for (way, name) in ["plus", "minus", "net"].into_iter().enumerate() {
-            let total = format!("total_{name}");
-            pair(
-                sheet,
-                [&total, "position", &self.power_unit],
+            let of_band = |band: &'a FluxBand| (0..sites).map(move |site| band.density(way, site));
+            let all = self.bands.iter().flat_map(of_band).collect();
+            let (flux, total) = (format!("flux_{name}"), format!("total_{name}"));
+            add(&flux, &axes, &density, all);
+            add(
+                &total,
+                &axes[1..],
+                &self.power_unit,
                 self.total[way].clone(),
             );
-            for (end, values) in ["", "_half"].iter().zip(&self.density[way]) {
-                sheet.plane(
-                    &format!("flux_{name}{end}"),
-                    ["frequency", "position"],
-                    &density,
-                    values,
-                );
-            }
         }
     }
 }

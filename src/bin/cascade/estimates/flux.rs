@@ -3,7 +3,7 @@
 use wavecascade::analyze::Constants;
 use wavecascade::chain::{NoBranches, UnitCell};
 use wavecascade::field::is_run_file;
-use wavecascade::flux::{FluxRequest, GroupVelocity, flux};
+use wavecascade::flux::{FluxRequest, flux};
 use wavecascade::measure::{Length, LinearDensity, Measure, Speed, Time, size};
 use wavecascade::report::RunFile;
 use wavecascade::transform::Travelling;
@@ -52,31 +52,6 @@ choice!(WayArg => Travelling {
     MinusX => Travelling::TowardMinusX,
 });
 
-impl Flux {
-    fn group_velocity(&self, field: Option<&Field>) -> Result<GroupVelocity, Error> {
-        if let Some(relation) = &self.dispersion {
-            return Ok(GroupVelocity::Of(read(relation, &Constants::new())?));
-        }
-        let Some(velocity) = self.group_velocity else {
-            return Ok(GroupVelocity::Measured);
-        };
-        let sizes = || {
-            let length = size::<Length>(field?.space.unit.as_deref()?)?;
-            Some(length / size::<Time>(field?.time.unit.as_deref()?)?)
-        };
-        let unit = if velocity.has_unit {
-            sizes()
-        } else {
-            Some(1.0)
-        };
-        let expected = "a number: times or positions have no unit that is known";
-        let refused = || Error::request("group-velocity", expected, format!("{velocity:?}"));
-        Ok(GroupVelocity::Stated(
-            velocity.value / unit.ok_or_else(refused)?,
-        ))
-    }
-}
-
 impl Estimate for Flux {
     /// Runs in which any amplitude changes the speed of waves are refused.
     fn check(&self) -> Result<(), Error> {
@@ -94,9 +69,28 @@ impl Estimate for Flux {
     }
 
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
+        let unit = |field: &&Field| {
+            let length = size::<Length>(field.space.unit.as_deref()?)?;
+            Some(length / size::<Time>(field.time.unit.as_deref()?)?)
+        };
+        let unit = given.fields.first().and_then(unit);
+        let expected = "a number: times or positions have no unit that is known";
+        let in_units = |speed: Measure<Speed>| match (speed.has_unit, unit) {
+            (false, _) => Ok(speed.value),
+            (true, Some(unit)) => Ok(speed.value / unit),
+            (true, None) => Err(Error::request(
+                "group-velocity",
+                expected,
+                format!("{speed:?}"),
+            )),
+        };
+        let relation = self.dispersion.as_ref();
         let request = FluxRequest {
             mass_per_length: self.mass_per_length.clone(),
-            group_velocity: self.group_velocity(given.fields.first().copied())?,
+            group_velocity: self.group_velocity.map(in_units).transpose()?,
+            dispersion: relation
+                .map(|text| read(text, &Constants::new()))
+                .transpose()?,
             towards: self.towards.into(),
             bands: self.bands,
             gaps: self.gaps.into(),
