@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use test_support::hostile::{Folder, npy, npz};
+use test_support::hostile::{Folder, npy, npz, unescaped};
 use test_support::made::values;
 use test_support::netcdf::netcdf;
 use wavecascade::Field;
@@ -70,23 +70,6 @@ pub fn options(words: &str) -> OpenOptions {
         }
     }
     it
-}
-
-/// A text with its escapes: `\n`, `\r`, `\t`, and `\xHH` for a byte.
-pub fn unescaped(text: &str) -> Vec<u8> {
-    let mut parts = text.split('\\');
-    let mut bytes = parts.next().unwrap().as_bytes().to_vec();
-    for part in parts {
-        let (byte, rest) = match part.as_bytes()[0] {
-            b'n' => (b'\n', &part[1..]),
-            b'r' => (b'\r', &part[1..]),
-            b't' => (b'\t', &part[1..]),
-            _ => (u8::from_str_radix(&part[1..3], 16).unwrap(), &part[3..]),
-        };
-        bytes.push(byte);
-        bytes.extend(rest.as_bytes());
-    }
-    bytes
 }
 
 /// An array as NumPy writes it, of this shape: a number, `"a text"`, `[a list]` or `<f4[a list]`, `FROM:STEP`, `%5` for the rests of

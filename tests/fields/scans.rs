@@ -8,6 +8,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use ndarray::{Array1, Array2, s};
+use test_support::hostile::unescaped;
 use test_support::made::values;
 use test_support::netcdf::netcdf;
 use test_support::place::Place;
@@ -15,7 +16,7 @@ use wavecascade::error::ScanFault;
 use wavecascade::field::{EqualPositions, OpenOptions, PositionFrom, Scan, Scanned};
 use wavecascade::{Error, Field};
 
-use crate::read::{file, holds, options, unescaped};
+use crate::read::{file, holds, options};
 use crate::resample::{numbers, reference};
 
 const TIMES: usize = 120;
@@ -286,6 +287,7 @@ fn val_definition_files_of_scans_and_what_is_read_of_them() {
                 place.write("positions.csv", unescaped(text));
                 Scan::new(PositionFrom::Table(place.path("positions.csv")))
             }
+            ("header", "") => Scan::new(PositionFrom::Header(None)),
             ("header", name) => Scan::new(PositionFrom::Header(Some(name.into()))),
             (_, "") => by_name(),
             (_, name) => Scan::new(PositionFrom::Name(Some(name.into()))),

@@ -246,5 +246,13 @@ raw("device_alike.tdms", segment(META | LIST | RAW | DAQMX, [
     obj(ch(f"a{k}"), device(3, 4, [8], (0, 2 * k, 0)), {"NI_Number_Of_Scales": 2, **linear(0.5, 0.25, 1, 0)})
     for k in range(3)], random.bytes(32 * 3)))
 
+# Channels of several types, units and lengths.
+way = lambda unit: {"unit_string": unit, "wf_xunit_string": "s", "wf_increment": 1e-3, "wf_start_offset": 0.0}
+doubles = np.array([0.5, -1.25, 3.0])
+write("channels.tdms", [
+    ChannelObject("g", name, np.asarray(values), way(unit)) for name, values, unit in [
+        ("a", doubles, "m/s"), ("b", np.array([0.25, -2.5, 4.0], "f4"), "m/s"), ("c", np.array([7, -8, 9], "i4"), "m/s"),
+        ("d", doubles, "mm/s"), ("e", doubles[:2], "m/s"), ("f", doubles, "m/s")]])
+
 with open(os.path.join(here, "expected.json"), "w") as f:
     json.dump(expected, f, indent=0)

@@ -97,7 +97,10 @@ fn holds(container: &Container, path: &str, fact: &str) -> bool {
         "absent" => return at.is_none(),
         "count" => return container.variables.len().to_string() == value,
         "remarks" => return remarks.len().to_string() == value,
-        "remark" => return remarks.any(|remark| remark.text.contains(value)),
+        "remark" => {
+            let is_about = |of| path == "." || of == at;
+            return remarks.any(|it| is_about(it.variable) && it.text.contains(value));
+        }
         _ => {}
     }
     let attributes = at.map_or(&container.attributes, |at| {
@@ -130,6 +133,11 @@ fn holds(container: &Container, path: &str, fact: &str) -> bool {
     match key {
         "shape" => format!("{:?}", variable.shape()) == format!("[{}]", value.replace(' ', ", ")),
         "values" => are(&container.numbers(at).unwrap(), &parsed(value)),
+        "near" => {
+            let (found, wanted) = (container.numbers(at).unwrap(), parsed(value));
+            let is_near = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-14 * b.abs();
+            found.len() == wanted.len() && found.iter().zip(&wanted).all(is_near)
+        }
         "integers" => {
             let wanted = format!("Some([{}])", value.replace(' ', ", "));
             format!("{:?}", container.integers(at).unwrap()) == wanted

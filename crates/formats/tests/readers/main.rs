@@ -18,11 +18,13 @@ use wavecascade_formats::{Error, Format, Options, open};
 #[test]
 fn val_peers_every_array() {
     let mut folders = vec![
+        ("lammps", [6, 21, 0, 58]),
         ("mat", [6, 85, 0, 69]),
         ("miniseed", [18, 33, 0, 24]),
         ("netcdf3", [6, 71, 0, 67]),
         ("segy", [12, 40, 0, 32]),
-        ("tdms", [18, 79, 5, 50]),
+        ("tdms", [19, 85, 5, 53]),
+        ("uff", [7, 10, 0, 32]),
     ];
     if cfg!(feature = "hdf5") {
         folders.push(("hdf5", [6, 53, 0, 53]));

@@ -1,62 +1,9 @@
-//! Universal files against pyuff (`make_uff.py`).
+//! Universal files of many records.
 
-use serde_json::Value as Json;
 use std::sync::Arc;
-use wavecascade_formats::{Container, Coordinate, Format, Options, Result, open};
+use wavecascade_formats::{Format, Options, open};
 
-use super::common::{self, values};
-
-fn file(name: &str) -> Vec<u8> {
-    common::file("uff", name)
-}
-
-fn expected() -> serde_json::Map<String, Json> {
-    serde_json::from_slice(&file("expected.json")).unwrap()
-}
-
-fn open_bytes(bytes: Vec<u8>) -> Result<Container> {
-    assert_eq!(Format::detect("data", &bytes), Some(Format::Uff));
-    open(Format::Uff, Arc::new(bytes), &Options::default())
-}
-
-fn opened(name: &str) -> Container {
-    open_bytes(file(name)).unwrap()
-}
-
-fn numbers(json: &Json) -> Vec<f64> {
-    let values = json.as_array().unwrap();
-    values.iter().map(|value| value.as_f64().unwrap()).collect()
-}
-
-#[test]
-fn val_pyuff_functions() {
-    for (name, functions) in expected() {
-        let container = opened(&name);
-        let is_record = |path: &str| path.starts_with("/records");
-        let mut rows: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
-        for (at, variable) in container.variables.iter().enumerate() {
-            if !is_record(&variable.path) || variable.sample_type.number().is_none() {
-                continue;
-            }
-            let abscissa = &variable.dimensions[1];
-            let x: Vec<f64> = match abscissa.coordinate.as_ref().unwrap() {
-                Coordinate::Even { origin, step, .. } => (0..abscissa.len)
-                    .map(|i| origin + i as f64 * step)
-                    .collect(),
-                Coordinate::Listed(at) => container.numbers(*at).unwrap(),
-            };
-            assert_eq!(variable.attributes.text("units"), Some("m/s"));
-            let all = container.numbers(at).unwrap();
-            rows.extend(all.chunks(x.len()).map(|row| (row.to_vec(), x.clone())));
-        }
-        let functions = functions.as_array().unwrap();
-        assert_eq!(rows.len(), functions.len(), "{name}");
-        for (row, function) in rows.iter().zip(functions) {
-            assert_eq!(row.0, numbers(&function["data"]), "{name}");
-            assert_eq!(row.1, numbers(&function["x"]), "{name}");
-        }
-    }
-}
+use super::common::values;
 
 /// A data set 58 in ASCII with even or uneven abscissas.
 fn ascii(count: usize, uneven: bool, first: f64) -> String {
@@ -91,7 +38,12 @@ fn regress_functions_of_many_shapes() {
         .collect();
     // Zeros of both signs are one abscissa; another scale is another one.
     text += &(ascii(3, true, -0.0) + &ascii(3, true, 0.0) + &ascii(3, true, 2.0));
-    let container = open_bytes(text.into_bytes()).unwrap();
+    let container = open(
+        Format::Uff,
+        Arc::new(text.into_bytes()),
+        &Options::default(),
+    )
+    .unwrap();
     let records: Vec<_> = container
         .variables
         .iter()
