@@ -163,7 +163,7 @@ fn regress_of_several_runs_of_one_new_file_one_succeeds() {
     ] {
         let words: Vec<&str> = line.split(' ').collect();
         let before = place.names();
-        for _ in 0..8 {
+        for _ in 0..3 {
             let mut codes = at_once(&place, &[&words[..]; 4]);
             codes.sort();
             assert_eq!(codes, [Some(0), Some(2), Some(2), Some(2)], "{line}");
@@ -184,7 +184,7 @@ fn regress_of_two_runs_that_replace_one_file_one_remains() {
     }
     for name in ["c.npy", "c.csv"] {
         place.good(&["convert", "a.npy", name, "--dt", "1"]);
-        for _ in 0..12 {
+        for _ in 0..4 {
             let [a, b] = [["a.npy", "1"], ["b.npy", "2"]]
                 .map(|[from, dt]| ["convert", from, name, "--dt", dt, "--force"]);
             let codes = at_once(&place, &[&a, &b, &a, &b]);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 use test_support::fields::{noise, reading};
 use test_support::hostile::unescaped;
-use test_support::made::{in_one_line, pulse, values};
+use test_support::made::{in_one_line, open, pulse, values};
 use test_support::place::{Place, names, set, text};
 use wavecascade::Field;
 
@@ -205,6 +205,7 @@ impl Session {
                 let [a, b] = [of[0], of[1]].map(|name| self.place.array::<f64>(name, of[2]));
                 return a == b;
             }
+            "struck" => return open(&self.place, of[0]).struck.is_some(),
             "alike-fields" => {
                 let of_variable = of.len() > 2;
                 let [a, b] = [of[0], of[1]].map(|name| {
@@ -214,7 +215,7 @@ impl Session {
                 });
                 let axes = |it: &Field| (it.time.clone(), it.space.clone(), it.unit.clone());
                 let of = |it: &Field| (values(it), axes(it), it.quantity, it.struck);
-                let is_whole = b.notes.is_empty() && b.struck.is_some() || of_variable;
+                let is_whole = b.notes.is_empty() || of_variable;
                 return of(&a) == of(&b) && is_whole;
             }
             "same" => {

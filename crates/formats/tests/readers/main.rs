@@ -30,7 +30,7 @@ fn val_peers_every_array() {
         folders.push(("hdf5", [6, 53, 0, 53]));
     }
     if cfg!(feature = "zarr") {
-        folders.push(("zarr", [6, 0, 0, 0]));
+        folders.push(("zarr", [6, 69, 2, 70]));
     }
     let found = folders
         .iter()
