@@ -189,6 +189,7 @@ fn regress_any_call_may_fail() {
 
 /// Each request for memory is refused in turn, up to so many a command.
 #[test]
+#[ignore = "slow"]
 fn regress_any_request_for_memory_may_be_refused() {
     const REFUSED: usize = 40;
     let place = inputs_of_cases();

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 use test_support::fields::reading;
-use test_support::made::{axis_at as axis, open, values};
+use test_support::made::{axis, open, values};
 use test_support::place::Place;
 use wavecascade::arrays::Precision;
 use wavecascade::field::{Axis, Quantity};
