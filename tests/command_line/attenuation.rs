@@ -17,9 +17,9 @@ fn regress_killed_ten_times() {
     let kills = std::env::var("CASCADE_KILLS");
     let kills: u64 = kills.map_or(10, |text| text.parse().unwrap());
     let place = Place::new();
-    let key = "attenuate --sites 31 --against stiffness_ratio=1:30:60log";
-    let length = "attenuate --ratios 1.5,2,2.5,3,4,5,6,7 --bodies 40";
-    let sweep = "sweep --sites 12 --end-time 20 --samples 240 --vary stiffness_ratio=1:120:150log";
+    let key = "attenuate --sites 31 --against stiffness_ratio=1:30:30log";
+    let length = "attenuate --ratios 1.5,2,2.5,3,4,5,6,7 --bodies 24";
+    let sweep = "sweep --sites 12 --end-time 20 --samples 240 --vary stiffness_ratio=1:120:60log";
     for (name, words, table) in [
         ("key", key, "curves.csv"),
         ("length", length, "curves.csv"),

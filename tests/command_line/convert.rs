@@ -3,10 +3,8 @@
 use std::fs;
 
 use ndarray::Array2;
-use test_support::fields::reading;
 use test_support::made::{open, pulse, savez, steps, values};
 use test_support::place::Place;
-use wavecascade::Field;
 use wavecascade_formats::{Container, Format, Options};
 
 fn container(place: &Place, name: &str) -> Container {
@@ -110,55 +108,4 @@ fn regress_memory_is_kept_to() {
     assert_eq!(values(&open(&place, "b.nc")), wide);
     let said = place.refuses(2, "convert a.npz c.nc --read copy --memory 1MB");
     assert!(said.contains("memory") || said.contains("MiB"), "{said}");
-}
-
-#[test]
-fn regress_filter_and_simulate_write_what_they_read() {
-    let place = Place::new();
-    let scene = "sites = 6\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\n\
-                 striker_velocity = \"1 m/s\"\nend_time = 1e-4\nsamples = 201\n";
-    place.write("si.toml", scene);
-    for name in ["run.npz", "run.nc"] {
-        place.says(&format!("simulate si.toml --out {name} --quiet"));
-        place.says(&format!(
-            "filter {name} --frequency 0:4e5 --quiet --out low-{name}"
-        ));
-    }
-    for [archive, netcdf] in [["run.npz", "run.nc"], ["low-run.npz", "low-run.nc"]] {
-        let [a, b] = [archive, netcdf].map(|name| open(&place, name));
-        assert_eq!(values(&a), values(&b), "{netcdf}");
-        assert_eq!((&a.time, &a.space, &a.unit), (&b.time, &b.space, &b.unit));
-        assert_eq!(a.struck, b.struck);
-        assert!(b.notes.is_empty(), "{:?}", b.notes);
-    }
-    assert!(open(&place, "run.nc").struck.is_some());
-    // Contacts are between sites.
-    for variable in ["force", "displacement"] {
-        let [a, b] = ["run.npz", "run.nc"].map(|name| {
-            let options = reading(|it| it.variable = Some(variable.into()));
-            Field::open(place.path(name), &options).unwrap()
-        });
-        assert_eq!(values(&a), values(&b), "{variable}");
-        assert_eq!((a.space, a.unit, a.quantity), (b.space, b.unit, b.quantity));
-    }
-    let found = container(&place, "run.nc");
-    assert_eq!(found.attributes.text("scene"), Some(scene.trim()));
-    // Both are runs, and a filtered one is none.
-    let closures = ["run.npz", "run.nc"].map(|name| {
-        place.says(&format!(
-            "budget {name} --quiet --figures none --out budget-{name}"
-        ));
-        place.json(&format!("budget-{name}/summary.json"))["closure"].clone()
-    });
-    assert_eq!(closures[0], closures[1]);
-    assert!(closures[0].is_object(), "{}", closures[0]);
-    for line in [
-        "budget low-run.nc",
-        "simulate si.toml --out run.nc",
-        "simulate si.toml --out low-run.nc --force",
-        "convert low-run.nc run.nc --force",
-    ] {
-        place.refuses(2, line);
-    }
-    place.says("simulate si.toml --out run.nc --force --quiet");
 }

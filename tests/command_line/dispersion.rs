@@ -1,103 +1,12 @@
-//! `--dispersion`, and the scripts that draw results with matplotlib.
+//! Branches of a chain and the ridges of its field, and the scripts that draw results with matplotlib.
 
-use std::f64::consts::{PI, TAU};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use ndarray::{Array1, Array2, Ix1, Ix2};
+use ndarray::Ix2;
 
 use test_support::place::Place;
-
-const LATTICE: &str = "lattice_impact.npy";
-
-/// A folder with the harmonic lattice of the examples.
-fn lattice() -> Place {
-    let place = Place::of(&["analyze"]);
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/data");
-    for name in [LATTICE, "lattice_impact.toml"] {
-        fs::copy(data.join(name), place.path(name)).unwrap();
-    }
-    place
-}
-
-/// Wavenumbers and frequencies of the curves in an archive.
-fn curves(place: &Place, out: &str) -> (Array1<f64>, Array2<f64>) {
-    let archive = format!("{out}/spectra.npz");
-    let k = place.array::<f64>(&archive, "dispersion_wavenumber");
-    let f = place.array::<f64>(&archive, "dispersion_frequency");
-    (
-        k.into_dimensionality::<Ix1>().unwrap(),
-        f.into_dimensionality::<Ix2>().unwrap(),
-    )
-}
-
-/// An analysis of the lattice, with more options.
-const QUICK: [&str; 6] = [
-    LATTICE,
-    "--only",
-    "spacetime",
-    "--figures",
-    "none",
-    "--quiet",
-];
-
-fn quick<'a>(more: &[&'a str]) -> Vec<&'a str> {
-    [&QUICK[..], more].concat()
-}
-
-#[test]
-fn val_brillouin_the_example_shows_the_curve_of_its_sidecar() {
-    let place = lattice();
-    place.says(&format!("{LATTICE} --only spacetime --figures svg --out a"));
-    let (k, f) = curves(&place, "a");
-    assert_eq!((k[0], f.nrows()), (-PI, 1));
-    for (k, f) in k.iter().zip(f.row(0)) {
-        assert!((f - (0.5 * k).sin().abs() / PI).abs() < 1e-12, "{k}: {f}");
-    }
-    let svg = place.read("a/figures/spacetime-spectrum.svg");
-    assert!(svg.contains("2*sqrt(c/m)*abs(sin(k*a/2))"), "the legend");
-    let page = place.read("a/report.html");
-    assert!(page.contains("Dashed curves: 2*sqrt(c/m)*abs(sin(k*a/2))."));
-    assert!(page.contains("\"lines\":[{\"name\":\"2*sqrt"));
-
-    place.good(&quick(&["--dispersion", "none", "--out", "b"]));
-    let arrays = place.arrays("b/spectra.npz");
-    assert!(!arrays.contains("dispersion_frequency"));
-}
-
-#[test]
-fn val_kittel_relations_are_formulas_lattices_and_tables() {
-    let place = lattice();
-    place.write("curve.csv", "k,f,omega_2\n0,0.25,\n2,0.5,3\n");
-    place.good(&quick(&[
-        "--dispersion",
-        "diatomic:c1=1,c2=4,m1=1,m2=1",
-        "--dispersion",
-        "speed*k",
-        "--dispersion",
-        "curve.csv",
-        "--dispersion-constants",
-        "speed=0.5",
-        "--out",
-        "a",
-    ]));
-    let (k, f) = curves(&place, "a");
-    // Two branches, one, and two.
-    assert_eq!(f.nrows(), 5);
-    let at = |wanted: f64| k.iter().position(|k| (k - wanted).abs() < 1e-9).unwrap();
-    let (zero, edge) = (at(0.0), at(PI / 2.0));
-    let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-12, "{found}");
-    near(f[(0, zero)], 0.0);
-    near(f[(1, zero)], 10f64.sqrt() / TAU);
-    near(f[(0, edge)], 2f64.sqrt() / TAU);
-    near(f[(1, edge)], 8f64.sqrt() / TAU);
-    near(f[(2, edge)], 0.5 * PI / 2.0 / TAU);
-    assert!(f[(2, at(-PI / 2.0))].is_nan(), "one direction");
-    near(f[(3, edge)], 0.25 + 0.125 * PI / 2.0);
-    near(f[(3, at(-PI / 2.0))], 0.25 + 0.125 * PI / 2.0);
-    assert!(f[(4, edge)].is_nan() && f[(3, k.len() - 1)].is_nan());
-}
 
 /// Of each wavenumber of a struck spring dimer, the strongest frequency lies on a branch.
 #[test]
@@ -108,13 +17,15 @@ fn val_kittel_the_ridge_of_a_simulated_chain_lies_on_its_branches() {
     place.says(scene);
     place
         .says("analyze run.npz --only spacetime --figures none --window-time hann --out a --quiet");
-    let (k, branches) = curves(&place, "a");
+    let array = |name: &str| place.array::<f64>("a/spectra.npz", name);
+    let matrix = |name: &str| array(name).into_dimensionality::<Ix2>().unwrap();
+    let (k, branches) = (
+        array("dispersion_wavenumber"),
+        matrix("dispersion_frequency"),
+    );
     assert_eq!(branches.nrows(), 2);
-    let archive = "a/spectra.npz";
-    let axis = place.array::<f64>(archive, "wavenumber_signed");
-    let frequency = place.array::<f64>(archive, "frequency");
-    let spectrum = place.array::<f64>(archive, "spacetime_spectrum");
-    let spectrum = spectrum.into_dimensionality::<Ix2>().unwrap();
+    let (axis, frequency) = (array("wavenumber_signed"), array("frequency"));
+    let spectrum = matrix("spacetime_spectrum");
     for (column, at) in spectrum.columns().into_iter().zip(&axis) {
         if at.abs() < 0.2 {
             continue;

@@ -100,7 +100,7 @@ fn least_memory(place: &Place, line: &str) -> f64 {
 #[test]
 fn regress_threads_memory_and_the_order_of_samples_do_not_move_a_bit() {
     let place = Place::new();
-    let mut values = noise(1201, 37);
+    let mut values = noise(601, 37);
     for folder in ["rows", "columns"] {
         fs::create_dir(place.path(folder)).unwrap();
     }

@@ -6,13 +6,15 @@ use std::fs;
 use ndarray::{Array2, Ix2};
 use rayon::prelude::*;
 use serde_json::Value;
-use test_support::fields::noise;
-use test_support::made::{in_one_line, pulse};
+use test_support::fields::{noise, reading};
+use test_support::hostile::unescaped;
+use test_support::made::{in_one_line, open, pulse, values};
 use test_support::place::{Place, names, set, text};
+use wavecascade::Field;
 
 /// A folder, and what the last command said there.
-struct Session {
-    place: Place,
+pub struct Session {
+    pub place: Place,
     columns: String,
     said: String,
 }
@@ -43,7 +45,29 @@ fn is_it(found: &Value, expected: &str) -> bool {
     }
 }
 
+/// Sites with noise above a tenth of the axis; one misses samples, one always does, one is dead.
+fn faulty(times: usize, sites: usize) -> Array2<f64> {
+    let source = noise(times, sites);
+    let mut values = Array2::from_shape_fn((times, sites), |(n, j)| {
+        let phase = 0.2 * n as f64 - 0.5 * j as f64;
+        phase.sin() * (1.0 + 0.3 * (0.011 * n as f64).sin()) + 0.05 * source[[n, j]]
+    });
+    values.slice_mut(ndarray::s![300..700, 1]).fill(f64::NAN);
+    values.slice_mut(ndarray::s![..;50, 4]).fill(f64::NAN);
+    values.column_mut(2).fill(0.25);
+    values
+}
+
 impl Session {
+    /// In a folder.
+    pub fn of(place: Place) -> Session {
+        Session {
+            place,
+            columns: "1000".into(),
+            said: String::new(),
+        }
+    }
+
     /// Runs the program; its code, and what it left unsaid on standard error.
     fn run(&mut self, line: &str) -> (Option<i32>, String) {
         let mut command = self.place.command(words(line));
@@ -67,6 +91,12 @@ impl Session {
             "noise" => noise(times, sites),
             "wave" => test_support::pulse::wave(times, sites),
             "zeros" => Array2::zeros((times, sites)),
+            "faulty" => faulty(times, sites),
+            "holes" => {
+                let mut wave = test_support::pulse::wave(times, sites);
+                wave[[10, 3]] = f64::NAN;
+                wave
+            }
             _ => panic!("{kind}"),
         }
     }
@@ -78,7 +108,7 @@ impl Session {
     }
 
     /// Whether a line holds, once it is done.
-    fn holds(&mut self, line: &str) -> bool {
+    pub fn holds(&mut self, line: &str) -> bool {
         let (verb, rest) = line.split_once(' ').unwrap();
         let typed = words(rest);
         let of: Vec<&str> = typed.iter().map(String::as_str).collect();
@@ -89,7 +119,7 @@ impl Session {
         };
         let before = self.place.names();
         match verb {
-            "file" => self.place.write(of[0], after(1).replace("\\n", "\n")),
+            "file" => self.place.write(of[0], unescaped(after(1))),
             "array" => self.place.save(of[0], &self.array(of[1], of[2], of[3])),
             "copy" => {
                 let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -105,6 +135,19 @@ impl Session {
             "estimates" => super::estimates::fields(&self.place),
             "sidecar" => self.place.write(of[0], test_support::pulse::SIDECAR),
             "folder" => fs::create_dir(self.place.path(of[0])).unwrap(),
+            #[cfg(unix)]
+            "link" => std::os::unix::fs::symlink(of[0], self.place.path(of[1])).unwrap(),
+            "half" => {
+                let bytes = fs::read(self.place.path(of[0])).unwrap();
+                self.place.write(of[1], &bytes[..bytes.len() / 2]);
+            }
+            "damage" => {
+                let mut bytes = fs::read(self.place.path(of[0])).unwrap();
+                let middle = bytes.len() / 2;
+                bytes[middle] ^= 1;
+                self.place.write(of[0], bytes);
+            }
+            "keep" => self.place.write(of[0], &self.said),
             "columns" => self.columns = rest.into(),
             "$" => {
                 let (code, err) = self.run(rest);
@@ -152,6 +195,29 @@ impl Session {
             "arrays" => return set(&of[1..]).is_subset(&self.place.arrays(of[0])),
             "lacks" => return set(&of[1..]).is_disjoint(&self.place.arrays(of[0])),
             "shape" => return self.shape(of[0], of[1]) == after(2),
+            "value" => {
+                let array = self.place.array::<f64>(of[0], of[1]);
+                let index: Vec<usize> = of[2].split(',').map(|i| i.parse().unwrap()).collect();
+                self.said = array[&index[..]].to_string();
+                return is_it(&array[&index[..]].into(), after(3));
+            }
+            "equal" => {
+                let [a, b] = [of[0], of[1]].map(|name| self.place.array::<f64>(name, of[2]));
+                return a == b;
+            }
+            "struck" => return open(&self.place, of[0]).struck.is_some(),
+            "alike-fields" => {
+                let of_variable = of.len() > 2;
+                let [a, b] = [of[0], of[1]].map(|name| {
+                    let variable = of.get(2).map(|name| (*name).to_owned());
+                    let options = reading(|it| it.variable = variable);
+                    Field::open(self.place.path(name), &options).unwrap()
+                });
+                let axes = |it: &Field| (it.time.clone(), it.space.clone(), it.unit.clone());
+                let of = |it: &Field| (values(it), axes(it), it.quantity, it.struck);
+                let is_whole = b.notes.is_empty() || of_variable;
+                return of(&a) == of(&b) && is_whole;
+            }
             "same" => {
                 let [a, b] = [of[0], of[1]].map(|name| fs::read(self.place.path(name)).unwrap());
                 return a == b;
@@ -172,11 +238,7 @@ fn regress_sessions() {
         .collect::<Vec<_>>()
         .into_par_iter()
         .filter_map(|text| {
-            let mut session = Session {
-                place: Place::new(),
-                columns: "1000".into(),
-                said: String::new(),
-            };
+            let mut session = Session::of(Place::new());
             let mut lines = text
                 .lines()
                 .filter(|line| !line.is_empty() && !line.starts_with('#'));

@@ -10,7 +10,7 @@ use test_support::fields::reading;
 use test_support::hostile::Folder;
 use test_support::made::values;
 use wavecascade::Field;
-use wavecascade::field::{Axis, Layout, OpenOptions, Quantity};
+use wavecascade::field::{Layout, OpenOptions};
 
 pub fn numpy_bytes(name: &str) -> Vec<u8> {
     let line = include_str!("../input_formats/numpy.txt")
@@ -113,32 +113,6 @@ fn an_array_that_is_a_view_of_another_keeps_its_values() {
         values(&Field::from_array(rows)),
         wide.slice(ndarray::s![2..4, ..])
     );
-}
-
-#[test]
-fn options_override_the_sidecar_which_overrides_the_file() {
-    let folder = Folder::new();
-    let path = folder.write("run.npz", numpy_bytes("run-stored"));
-    folder.write(
-        "run.npz.toml",
-        "dt = 0.125\ndx = 3\ntime_unit = \"ms\"\nquantity = \"force\"\nunit = \"N\"\n",
-    );
-    let options = OpenOptions {
-        dx: Some(4.0.into()),
-        x0: Some((-1.0).into()),
-        space_unit: Some("mm".into()),
-        ..OpenOptions::default()
-    };
-    let field = Field::open(&path, &options).unwrap();
-    let axis = |origin, step, unit: &str| Axis {
-        origin,
-        step,
-        unit: Some(unit.into()),
-    };
-    assert_eq!(field.time, axis(0.5, 0.125, "ms"));
-    assert_eq!(field.space, axis(-1.0, 4.0, "mm"));
-    assert_eq!(field.quantity, Quantity::Force);
-    assert_eq!(field.unit.as_deref(), Some("N"));
 }
 
 #[test]

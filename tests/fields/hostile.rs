@@ -19,8 +19,7 @@ fn what_is_not_a_file() {
     let missing = folder.path().join("missing.npy");
     let error = Field::open(&missing, &OpenOptions::default()).unwrap_err();
     assert!(matches!(&error, Error::Read { path, .. } if *path == missing));
-    let empty = self::fault("field.npy", b"").to_string();
-    assert_eq!(empty, "expected samples, found an empty file");
+    refused(b"", "expected samples, found an empty file");
 }
 
 #[cfg(unix)]
@@ -42,25 +41,6 @@ fn a_pipe_does_not_hang() {
     }
 }
 
-#[test]
-fn other_formats_are_named() {
-    let found = |name: &str, bytes: &[u8]| {
-        let said = fault(name, bytes).to_string();
-        said.rsplit(", found ").next().unwrap().to_owned()
-    };
-    assert_eq!(found("field.csv", b"\x1f\x8bxxxx"), "a gzip file");
-    let text = "text with the extension \"dat\"";
-    assert_eq!(found("field.dat", b"1 2 3"), text);
-    for (name, bytes, found) in [
-        ("scan.mat", &b"MATLAB 7.3 MAT-file, x"[..], "MATLAB 7.3"),
-        ("scan.nc", b"\x00xxx", "signature of HDF5"),
-        ("field.h5", b"1 2 3", "the text \"1 2 3\""),
-    ] {
-        let said = fault(name, bytes).to_string();
-        assert!(said.contains(found), "{name}: {said}");
-    }
-}
-
 /// That an array is refused with these words.
 fn refused(bytes: impl AsRef<[u8]>, words: &str) {
     let said = fault("field.npy", bytes).to_string();
@@ -68,20 +48,7 @@ fn refused(bytes: impl AsRef<[u8]>, words: &str) {
 }
 
 #[test]
-fn npy_magic_and_version() {
-    for version in [[0, 0], [1, 1], [4, 0], [255, 255]] {
-        let mut bytes = npy_f64("(1, 1)", [0.0]);
-        bytes[6..8].copy_from_slice(&version);
-        refused(bytes, &format!("version {version:?}"));
-    }
-}
-
-#[test]
-fn npy_header_that_is_cut_or_endless() {
-    for len in 6..20 {
-        let bytes = &npy_f64("(1, 1)", [0.0])[..len];
-        refused(bytes, &format!("found {len}: the file is truncated"));
-    }
+fn npy_header_that_is_endless() {
     let mut bytes = b"\x93NUMPY\x02\x00".to_vec();
     bytes.extend(u32::MAX.to_le_bytes());
     bytes.extend(b"{'descr'");
@@ -135,10 +102,8 @@ fn sidecars_that_mislead() {
     folder.write("field.npy.toml", "dt = 0.5\n");
     let (at, fault) = refused();
     assert_eq!(at, path);
-    assert!(
-        fault.to_string().starts_with("expected one sidecar, found"),
-        "{fault}"
-    );
+    let said = fault.to_string();
+    assert!(said.starts_with("expected one sidecar, found"), "{said}");
     std::fs::remove_file(&replaced).unwrap();
     assert!(Field::open(&path, &OpenOptions::default()).is_ok());
     folder.write("field.npy.toml", "#".repeat(70_000));

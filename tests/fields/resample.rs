@@ -8,13 +8,11 @@ use serde_json::Value;
 use test_support::changed;
 use test_support::fields::reading;
 use test_support::made::{fault, savez, values};
-use test_support::netcdf::{NetCdf, Values, Variable};
+use test_support::netcdf::netcdf;
 use test_support::place::Place;
 use wavecascade::Field;
 use wavecascade::error::InputFault;
 use wavecascade::field::{Interpolation, OpenOptions, Resample};
-
-use crate::note;
 
 pub fn reference() -> Value {
     serde_json::from_str(include_str!("../data/interpolation.json")).unwrap()
@@ -31,12 +29,17 @@ pub fn by(method: Interpolation) -> OpenOptions {
 
 /// The index of the sample that is farthest from its place, and by how much of a step.
 fn resampled(field: &Field) -> Option<(usize, f64)> {
-    let (_, said) = note(field, "resampled")?
-        .text
-        .split_once("even time coordinates")?;
+    let said = field.notes.iter().find(|note| note.code == "resampled")?;
+    let (_, said) = said.text.split_once("even time coordinates")?;
     let (_, said) = said.split_once("index ")?;
     let mut words = said.split(' ');
     Some((words.next()?.parse().ok()?, words.nth(1)?.parse().ok()?))
+}
+
+/// Numbers as `netcdf` reads them.
+fn listed(numbers: &[f64]) -> String {
+    let numbers: Vec<String> = numbers.iter().map(|v| format!("{v:e}")).collect();
+    format!("[{}]", numbers.join(","))
 }
 
 /// The file under three formats: times uneven, two sites of which the second is twice the first.
@@ -48,14 +51,13 @@ fn save_times(place: &Place, nodes: &[f64], samples: &[f64]) -> [&'static str; 3
         .map(|(row, t)| format!("{t:.17e},{:.17e},{:.17e}\n", row[0], row[1]))
         .collect();
     place.write("v.csv", format!("time,a,b\n{rows}"));
-    let file = NetCdf {
-        dimensions: vec![("time", nodes.len()), ("site", 2)],
-        variables: vec![
-            Variable::new("time", &[0], Values::Double(nodes.to_vec())).text("units", "s"),
-            Variable::new("v", &[0, 1], Values::Double(field.into_iter().collect())),
-        ],
-    };
-    place.write("v.nc", file.bytes());
+    let file = format!(
+        "time={} site=2; time(time) f8 {} units=s; v(time,site) f8 {}",
+        nodes.len(),
+        listed(nodes),
+        listed(&field.into_iter().collect::<Vec<_>>())
+    );
+    place.write("v.nc", netcdf(&file));
     ["v.npz", "v.csv", "v.nc"]
 }
 
@@ -90,39 +92,22 @@ fn val_scipy_times_and_sites_are_resampled() {
                     other => assert!(other.to_string().starts_with("line "), "{other}"),
                 }
             }
-            let file = NetCdf {
-                dimensions: vec![("time", 2), ("x", nodes.len())],
-                variables: vec![
-                    Variable::new("x", &[1], Values::Double(nodes.clone())).text("units", "mm"),
-                    Variable::new(
-                        "v",
-                        &[0, 1],
-                        Values::Double([&samples[..], &samples].concat()),
-                    ),
-                ],
-            };
-            place.write("x.nc", file.bytes());
-            let only_space = OpenOptions {
-                resample: Resample {
-                    time: None,
-                    space: Some(method),
-                },
-                ..OpenOptions::default()
-            };
-            let field = Field::open(place.path("x.nc"), &only_space).unwrap();
+            let both = [&samples[..], &samples].concat();
+            let file = format!(
+                "time=2 x={}; x(x) f8 {} units=mm; v(time,x) f8 {}",
+                nodes.len(),
+                listed(&nodes),
+                listed(&both)
+            );
+            place.write("x.nc", netcdf(&file));
+            let along = |time, space| reading(|it| it.resample = Resample { time, space });
+            let field = Field::open(place.path("x.nc"), &along(None, Some(method))).unwrap();
             for row in values(&field).rows() {
                 for (found, expected) in row.iter().zip(&expected) {
                     worst = worst.max((found - expected).abs());
                 }
             }
-            let only_time = OpenOptions {
-                resample: Resample {
-                    time: Some(method),
-                    space: None,
-                },
-                ..OpenOptions::default()
-            };
-            let found = fault(&place, "x.nc", &only_time);
+            let found = fault(&place, "x.nc", &along(Some(method), None));
             assert!(matches!(
                 found,
                 InputFault::UnevenAxis { axis: "space", .. }
@@ -178,24 +163,6 @@ fn val_definition_gaps_stay_gaps_of_their_own_length() {
             assert!(exact);
         }
     }
-}
-
-#[test]
-fn what_cannot_be_resampled_is_refused_with_its_place() {
-    let place = Place::new();
-    let save = |times: &[f64]| {
-        let rows: String = times.iter().map(|t| format!("{t},1,2\n")).collect();
-        place.write("v.csv", format!("time,a,b\n{rows}"));
-    };
-    save(&[0.0, 1.0, 2.0, 5.0, 6.0, 7.0]);
-    Field::open(place.path("v.csv"), &by(Interpolation::Linear)).unwrap();
-    save(&[0.0, 1.0, 2.0, 5.1, 6.1, 7.1]);
-    let said = fault(&place, "v.csv", &by(Interpolation::Linear)).to_string();
-    let long = said.contains("3 medians of 1 to resample, found 3.0999");
-    assert!(long && said.ends_with("before time index 3"), "{said}");
-    save(&[0.0, 1.0, 1.0, 2.0, 3.0]);
-    let said = fault(&place, "v.csv", &by(Interpolation::Linear)).to_string();
-    assert_eq!(said, "line 4: expected a time step of 1, found 0");
 }
 
 /// A sine at half the Nyquist frequency, half a step off its samples.

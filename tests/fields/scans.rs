@@ -8,18 +8,15 @@ use std::fs;
 use std::path::PathBuf;
 
 use ndarray::{Array1, Array2, s};
-use test_support::fields::reading;
+use test_support::hostile::unescaped;
 use test_support::made::values;
-use test_support::netcdf::{NetCdf, Values, Variable};
+use test_support::netcdf::netcdf;
 use test_support::place::Place;
-use wavecascade::error::InputFault;
-use wavecascade::field::{
-    EqualPositions, Interpolation, OpenOptions, PositionFrom, Resample, Scan, Scanned,
-};
+use wavecascade::field::{EqualPositions, OpenOptions, PositionFrom, Scan, Scanned};
 use wavecascade::{Error, Field};
 
+use crate::read::{file, holds, options};
 use crate::resample::{numbers, reference};
-use crate::texts;
 
 const TIMES: usize = 120;
 const SITES: usize = 7;
@@ -71,17 +68,12 @@ fn save(place: &Place, name: impl Fn(usize) -> String) -> Vec<PathBuf> {
                 fs::write(&path, format!("time_ms,v\n{rows}")).unwrap();
             }
             _ => {
-                let times = (0..record.len()).map(|n| t0 + 0.25 * n as f64);
-                let file = NetCdf {
-                    dimensions: vec![("time", record.len())],
-                    variables: vec![
-                        Variable::new("time", &[0], Values::Double(times.collect())).text("units", "ms"),
-                        Variable::new("velocity", &[0], Values::Double(record.to_vec())),
-                        Variable::new("x", &[], Values::Double(vec![2.0 * j as f64])).text("units", "mm"),
-                        Variable::new("z", &[], Values::Double(vec![7.0])).text("units", "mm"),
-                    ],
-                };
-                fs::write(&path, file.bytes()).unwrap();
+                let values: Vec<String> = record.iter().map(|v| format!("{v:e}")).collect();
+                let file = netcdf(&format!(
+                    "time={}; time(time) f8 {t0}:0.25 units=ms; velocity(time) f8 [{}]; x() f8 [{}] units=mm; z() f8 [7] units=mm",
+                    record.len(), values.join(","), 2 * j
+                ));
+                fs::write(&path, file).unwrap();
             }
         }
         path
@@ -108,61 +100,40 @@ fn check(scanned: &Scanned) {
 }
 
 #[test]
-fn val_identity_records_by_the_numbers_of_their_names() {
-    for extension in ["npy", "csv", "nc"] {
+fn val_identity_records_are_the_field_that_they_were_cut_from() {
+    let letter = |j: usize| char::from(b'a' + j as u8);
+    for (from, extension) in [
+        ("name", "npy"),
+        ("name", "csv"),
+        ("name", "nc"),
+        ("header", "npy"),
+        ("header", "nc"),
+        ("table", "npy"),
+    ] {
         let place = Place::new();
-        let files = save(&place, |j| format!("scan3_x={}mm.{extension}", 2 * j));
-        check(&opened(&by_name(), &files));
+        let files = save(&place, |j| match from {
+            "name" => format!("scan3_x={}mm.{extension}", 2 * j),
+            _ => format!("{}.{extension}", letter(j)),
+        });
+        let rows = (0..SITES).map(|j| format!("{}.npy,{}\n", letter(j), 2 * j));
+        let rows: String = rows.collect();
+        let table = format!("file,position_mm\n{rows}other.npy,99\n");
+        place.write("positions.csv", table);
+        let scan = Scan::new(match from {
+            "name" => PositionFrom::Name(None),
+            "header" => PositionFrom::Header(None),
+            _ => PositionFrom::Table(place.path("positions.csv")),
+        });
+        check(&opened(&scan, &files));
         // The same in a scratch file.
-        let options = reading(|it| it.memory = Some(5000));
         if extension != "csv" {
-            check(&by_name().open(&files, &options).unwrap());
+            check(&scan.open(&files, &options("memory=5000")).unwrap());
         }
         // Metres are asked for.
-        let options = reading(|it| it.space_unit = Some("m".into()));
-        let field = by_name().open(&files, &options).unwrap().field;
+        let field = scan.open(&files, &options("space-unit=m")).unwrap().field;
         assert_eq!(field.space.step, 0.002);
         assert_eq!(field.space.unit.as_deref(), Some("m"));
     }
-}
-
-#[test]
-fn val_identity_records_by_their_headers() {
-    let header = Scan::new(PositionFrom::Header(None));
-    for extension in ["npy", "nc"] {
-        let place = Place::new();
-        let files = save(&place, |j| {
-            format!("{}.{extension}", (b'a' + j as u8) as char)
-        });
-        check(&opened(&header, &files));
-    }
-    let place = Place::new();
-    let files = save(&place, |j| format!("{j}.nc"));
-    let z = Scan::new(PositionFrom::Header(Some("z".into())));
-    let (_, found) = fault(&z, &files, &OpenOptions::default());
-    assert!(found.starts_with("expected one number in"), "{found}");
-}
-
-#[test]
-fn val_identity_records_by_a_table() {
-    let place = Place::new();
-    let files = save(&place, |j| format!("{}.npy", (b'a' + j as u8) as char));
-    let rows: String = (0..SITES)
-        .map(|j| format!("{}.npy,{}\n", (b'a' + j as u8) as char, 2 * j))
-        .collect();
-    let table = place.path("positions.csv");
-    fs::write(&table, format!("file,position_mm\n{rows}other.npy,99\n")).unwrap();
-    let scan = Scan::new(PositionFrom::Table(table.clone()));
-    check(&opened(&scan, &files));
-    fs::write(&table, "file,position_mm\na.npy,1\n").unwrap();
-    let (path, found) = fault(&scan, &files, &OpenOptions::default());
-    assert!(found.starts_with("expected a position in"), "{found}");
-    assert_ne!(path, place.path("a.npy"));
-    fs::write(&table, "name,width\na.npy,1\n").unwrap();
-    assert!(matches!(
-        scan.open(&files, &OpenOptions::default()),
-        Err(Error::Unfit { .. })
-    ));
 }
 
 /// Records of one hammer blow each, under different delays.
@@ -229,8 +200,7 @@ fn val_closed_form_fractions_of_a_sample_are_taken_out() {
         );
         assert!((record.delay - delay).abs() < 0.01, "{record:?}");
     }
-    let options = reading(|it| it.resample = Resample::both(Interpolation::Cubic));
-    let scanned = scan.open(&files, &options).unwrap();
+    let scanned = scan.open(&files, &options("resample=cubic")).unwrap();
     let found = values(&scanned.field);
     let mut worst: f64 = 0.0;
     for (j, record) in scanned.records.iter().enumerate() {
@@ -288,17 +258,10 @@ fn val_closed_form_starts_between_samples() {
         .collect();
     let (path, found) = fault(&by_name(), &files, &OpenOptions::default());
     assert_eq!(path, files[1]);
-    let steps = found
-        .rsplit("found ")
-        .next()
-        .unwrap()
-        .trim_end_matches(" steps");
-    assert!(
-        (steps.parse::<f64>().unwrap() - 0.3).abs() < 1e-12,
-        "{found}"
-    );
-    let options = reading(|it| it.resample = Resample::both(Interpolation::Cubic));
-    let scanned = by_name().open(&files, &options).unwrap();
+    let steps = found.rsplit("found ").next().unwrap();
+    let steps: f64 = steps.trim_end_matches(" steps").parse().unwrap();
+    assert!((steps - 0.3).abs() < 1e-12, "{found}");
+    let scanned = by_name().open(&files, &options("resample=cubic")).unwrap();
     let field = values(&scanned.field);
     assert_eq!((scanned.field.time.origin, field.dim()), (2.0, (98, 3)));
     let mut worst: f64 = 0.0;
@@ -312,115 +275,54 @@ fn val_closed_form_starts_between_samples() {
     assert!(worst < 2e-6 && worst > 1e-9, "{worst:e}");
 }
 
+/// What is read of a few short files: a scan a row of `scans.txt`.
 #[test]
-fn what_does_not_go_together_is_refused() {
-    let place = Place::new();
-    let write = |name: &str, text: &str| {
-        let path = place.path(name);
-        fs::write(&path, text).unwrap();
-        path
-    };
-    let rows = "0,1\n1,2\n2,4\n3,1\n";
-    let record = |name: &str| write(name, &format!("time_s,v\n{rows}"));
-    let scan = by_name();
-    let plain = OpenOptions::default();
-    let of = |files: &[PathBuf]| fault(&scan, files, &plain).1;
-
-    let two = vec![record("x=1_run5.csv"), record("x=2_run3.csv")];
-    let named = Scan::new(PositionFrom::Name(Some("x".into())));
-    assert_eq!(opened(&named, &two).field.space.step, 1.0);
-    // The second file of each pair, and the fault.
-    for (stem, text, expected) in [
-        ("s", "time_s,v\n0,1\n2,2\n4,3\n6,1\n", "expected the step "),
-        (
-            "m",
-            &format!("time_ms,v\n{rows}"),
-            "expected the unit of time ",
-        ),
-        (
-            "w",
-            "time_s,v,w\n0,1,5\n1,2,3\n2,4,4\n3,9,1\n",
-            "expected one record, found 2",
-        ),
-        (
-            "l",
-            "time_s,v\n9,1\n10,2\n11,4\n12,1\n",
-            "expected at least two times in common",
-        ),
-    ] {
-        let second = write(&format!("{stem}=2.csv"), text);
-        let found = of(&[record(&format!("{stem}=1.csv")), second]);
-        assert!(found.starts_with(expected), "{found}");
+fn val_definition_files_of_scans_and_what_is_read_of_them() {
+    let mut wrong = Vec::new();
+    let rows = include_str!("scans.txt").lines();
+    for row in rows.filter(|row| !row.is_empty() && !row.starts_with('#')) {
+        let parts: Vec<&str> = row.split(" | ").collect();
+        let place = Place::new();
+        let (from, words) = parts[0].split_once(' ').unwrap_or((parts[0], ""));
+        let mut scan = match from.split_once('=').unwrap_or((from, "")) {
+            ("table", text) => {
+                place.write("positions.csv", unescaped(text));
+                Scan::new(PositionFrom::Table(place.path("positions.csv")))
+            }
+            ("header", "") => Scan::new(PositionFrom::Header(None)),
+            ("header", name) => Scan::new(PositionFrom::Header(Some(name.into()))),
+            (_, "") => by_name(),
+            (_, name) => Scan::new(PositionFrom::Name(Some(name.into()))),
+        };
+        let mut others = Vec::new();
+        for word in words.split(' ') {
+            match word.split_once('=') {
+                Some(("reference", name)) => scan.reference = Some(name.into()),
+                Some(("channel", name)) => scan.channel = Some(name.into()),
+                Some(("equal", _)) => scan.equal_positions = EqualPositions::Average,
+                _ => others.push(word),
+            }
+        }
+        let options = options(&others.join(" "));
+        let files = parts[1].split(" + ").map(|text| {
+            let (name, text) = text.split_once(' ').unwrap();
+            place.write(name, file(text));
+            place.path(name)
+        });
+        let scanned = scan.open(&files.collect::<Vec<_>>(), &options);
+        for expected in parts[2].split(" ; ") {
+            let is_right = match (&scanned, expected.split_once(' ').unwrap()) {
+                (Err(error), ("refused", words)) => error.to_string().contains(words),
+                (Ok(scanned), ("records", count)) => scanned.records.len().to_string() == count,
+                (Ok(scanned), _) => holds(&scanned.field, expected),
+                _ => false,
+            };
+            if !is_right {
+                wrong.push(format!("{row}\nnot {expected:?}: {scanned:?}"));
+            }
+        }
     }
-    for (files, expected) in [
-        (two, "expected one number in the names"),
-        (
-            vec![record("a1.csv"), record("b1.csv")],
-            "expected the numbers of",
-        ),
-        (
-            vec![record("p=1.0.csv"), record("p=1.00.csv"), record("p=2.csv")],
-            "expected positions that differ",
-        ),
-    ] {
-        let found = of(&files);
-        assert!(found.starts_with(expected), "{found}");
-    }
-    let uneven = [record("u=1.csv"), record("u=2.csv"), record("u=4.csv")];
-    match scan.open(&uneven, &plain) {
-        Err(Error::Input {
-            path,
-            fault:
-                InputFault::UnevenAxis {
-                    axis: "space",
-                    index: 1 | 2,
-                    ..
-                },
-        }) => assert!(uneven.contains(&path)),
-        other => panic!("{other:?}"),
-    }
-    let one = scan.open(&uneven[..1], &plain).unwrap_err();
-    assert!(one.is_usage(), "{one}");
-    assert!(one.to_string().contains("two files"), "{one}");
-    let mut flat = by_name();
-    flat.reference = Some("0".into());
-    flat.channel = Some("0".into());
-    let dead = [
-        record("d=1.csv"),
-        write("d=2.csv", "time_s,v\n0,1\n1,1\n2,1\n3,1\n"),
-    ];
-    assert!(
-        fault(&flat, &dead, &plain)
-            .1
-            .contains("that are not all equal")
-    );
-}
-
-#[test]
-fn val_definition_equal_positions_are_averaged() {
-    let place = Place::new();
-    let write = |name: &str, values: [f64; 4]| {
-        let rows = values.iter().enumerate().map(|(n, v)| format!("{n},{v}\n"));
-        let path = place.path(name);
-        fs::write(&path, format!("time,v\n{}", rows.collect::<String>())).unwrap();
-        path
-    };
-    let files = [
-        write("x=2_r=1.csv", [1.0, 5.0, 2.0, 7.0]),
-        write("x=1_r=1.csv", [1.0, 2.0, 4.0, 1.0]),
-        write("x=1_r=2.csv", [2.0, 4.0, 1.0, 3.0]),
-    ];
-    let mut scan = Scan::new(PositionFrom::Name(Some("x".into())));
-    scan.equal_positions = EqualPositions::Average;
-    let scanned = opened(&scan, &files);
-    let expected = ndarray::array![[1.5, 1.0], [3.0, 5.0], [2.5, 2.0], [2.0, 7.0]];
-    assert_eq!(values(&scanned.field), expected);
-    assert_eq!(scanned.records.len(), 3);
-    let said = texts(&scanned.field);
-    assert!(
-        said[0].contains("3 files are one field, 2 sites"),
-        "{said:?}"
-    );
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 use test_support::fields::reading;
-use test_support::made::{axis_at as axis, open, values};
+use test_support::made::{axis, open, values};
 use test_support::place::Place;
 use wavecascade::arrays::Precision;
 use wavecascade::field::{Axis, Quantity};
@@ -175,8 +175,7 @@ fn regress_a_sidecar_of_another_file_is_left_alone() {
 fn only_fields_of_this_program_are_replaced() {
     let place = Place::new();
     let field = Field::from_array(samples(4, 4));
-    let file = test_support::netcdf::NetCdf::default();
-    place.write("foreign.nc", file.bytes());
+    place.write("foreign.nc", test_support::netcdf::netcdf(""));
     place.write("thesis.nc", "mine");
     for name in ["foreign.nc", "thesis.nc"] {
         let before = std::fs::read(place.path(name)).unwrap();

@@ -147,11 +147,9 @@ OTHER = {"virtual", "outside", "odd_float", "odd_integer", "colours", "name",
 expected = {}
 
 
-def bits(values):
-    """The bits of the numbers as those of 64 bits."""
-    kind = {"f": "f8", "u": "u8", "i": "i8", "b": "u8"}[values.dtype.kind]
-    wide = np.atleast_1d(values).astype(kind).ravel()
-    return [f"{int(one):x}" for one in wide.view("u8")]
+def hexed(values):
+    """Bytes of the numbers, the lowest first."""
+    return np.ascontiguousarray(values).astype(values.dtype.newbyteorder("<")).tobytes().hex()
 
 
 for name in sorted(os.listdir(HERE)):
@@ -170,8 +168,8 @@ for name in sorted(os.listdir(HERE)):
             return
         arrays["/" + path] = {
             "shape": list(found.shape),
-            "type": found.dtype.newbyteorder("=").name,
-            "bits": bits(np.asarray(found[()])),
+            "type": found.dtype.kind + str(found.dtype.itemsize),
+            "hex": hexed(np.asarray(found[()])),
         }
 
     with h5py.File(os.path.join(HERE, name)) as f:

@@ -31,14 +31,20 @@ def make(name, code, dtype, endian="big", ext=0, place=lambda i: {}, traces=5, s
 
 def record(name, path, endian, opener=segyio.open, **more):
     with opener(path, ignore_geometry=True, endian=endian, **more) as f:
-        head = lambda field: [int(h[field]) for h in f.header]
-        expected[name] = {
-            "traces": [[float(v) for v in t] for t in f.trace],
-            "group_x": head(T.GroupX), "group_y": head(T.GroupY), "offset": head(T.offset),
-            "scalar": head(T.SourceGroupScalar), "delay": head(T.DelayRecordingTime),
-        }
+        head = lambda field: np.array([int(h[field]) for h in f.header], "f8")
+        array = lambda data: {"type": data.dtype.kind + str(data.dtype.itemsize), "shape": list(data.shape),
+                              "hex": data.astype(data.dtype.newbyteorder("<")).tobytes().hex()}
+        scalar = head(T.SourceGroupScalar)[0]
+        scale = -scalar if scalar < 0 else 1.0
+        found = expected[name] = {"/traces": array(np.array([np.array(t) for t in f.trace]))}
+        for field, values in [("group_x", head(T.GroupX) / scale), ("group_y", head(T.GroupY) / scale),
+                              ("offset", head(T.offset)), ("delay", head(T.DelayRecordingTime))]:
+            if values.any():
+                found[field] = array(values)
         if opener is segyio.open:
-            expected[name]["text"] = bytes(f.text[0]).decode("ascii")
+            text = bytes(f.text[0]).decode("ascii")
+            lines = [text[i:i + 80].rstrip() for i in range(0, len(text), 80)]
+            found["."] = {"attributes": {"text": "\n".join(lines).strip()}}
 
 line = lambda i: {T.GroupX: 1000 + 125 * i, T.GroupY: 77, T.SourceGroupScalar: -10, T.DelayRecordingTime: 40}
 slant = lambda i: {T.GroupX: 300 * i, T.GroupY: 400 * i + 5, T.offset: -i}

@@ -29,14 +29,24 @@ def write(name, sets, order="little", double=True):
     for s in sets:
         uff._write_set(s, "add", force_double=double)
     sys.byteorder = kept
-    expected[name] = []
     found = pyuff.UFF(path).read_sets()
+    alike = {}
     for s in found if isinstance(found, list) else [found]:
         if s["type"] == 58 and not np.iscomplexobj(s["data"]):
-            expected[name].append({
-                "data": [float(v) for v in s["data"]], "x": [float(v) for v in s["x"]],
-                "even": bool(s["abscissa_spacing"]), "node": int(s["rsp_node"]),
-                "units": s["ordinate_axis_units_lab"].strip()})
+            alike.setdefault((s["abscissa_spacing"], len(s["data"])), []).append(s)
+    array = lambda values: {"type": "f8", "shape": list(values.shape), "hex": values.astype("<f8").tobytes().hex()}
+    expected[name] = {}
+    for i, (key, records) in enumerate(alike.items(), 1):
+        place = f"/{i}" if len(alike) > 1 else ""
+        one = array(np.array([s["data"] for s in records]))
+        one["attributes"] = {"units": records[0]["ordinate_axis_units_lab"].strip()}
+        assert all((s["x"] == records[0]["x"]).all() for s in records)
+        if key[0]:
+            one["even"] = [0.5, 0.01]
+            assert np.abs(records[0]["x"] - 0.5 - 0.01 * np.arange(key[1])).max() < 1e-15
+        else:
+            expected[name]["abscissa" + place] = array(np.asarray(records[0]["x"]))
+        expected[name]["records" + place] = one
 
 n = 13
 t = 0.5 + 0.01 * np.arange(n)

@@ -81,3 +81,20 @@ pub fn npz(method: CompressionMethod, members: &[(&str, &[u8])]) -> Vec<u8> {
 }
 
 pub const BOTH: [CompressionMethod; 2] = [CompressionMethod::Stored, CompressionMethod::Deflated];
+
+/// A text with its escapes: `\n`, `\r`, `\t`, and `\xHH` for a byte.
+pub fn unescaped(text: &str) -> Vec<u8> {
+    let mut parts = text.split('\\');
+    let mut bytes = parts.next().unwrap().as_bytes().to_vec();
+    for part in parts {
+        let (byte, rest) = match part.as_bytes()[0] {
+            b'n' => (b'\n', &part[1..]),
+            b'r' => (b'\r', &part[1..]),
+            b't' => (b'\t', &part[1..]),
+            _ => (u8::from_str_radix(&part[1..3], 16).unwrap(), &part[3..]),
+        };
+        bytes.push(byte);
+        bytes.extend(rest.as_bytes());
+    }
+    bytes
+}

@@ -32,11 +32,7 @@ pub fn in_one_line(said: &str) -> String {
     said.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-pub fn axis(step: f64, unit: Option<&str>) -> Axis {
-    axis_at(0.0, step, unit)
-}
-
-pub fn axis_at(origin: f64, step: f64, unit: Option<&str>) -> Axis {
+pub fn axis(origin: f64, step: f64, unit: Option<&str>) -> Axis {
     Axis {
         origin,
         step,

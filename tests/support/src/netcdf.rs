@@ -1,145 +1,139 @@
 //! NetCDF-3 files, written by the definition of the format.
 
-/// A classic file (CDF-1) without records.
-#[derive(Debug, Default)]
-pub struct NetCdf {
-    pub dimensions: Vec<(&'static str, usize)>,
-    pub variables: Vec<Variable>,
+/// A variable: its name, places of its dimensions, attributes, the code of its type, and its samples.
+struct Variable<'a> {
+    name: &'a str,
+    dimensions: Vec<usize>,
+    attributes: Vec<(&'a str, &'a str)>,
+    code: u32,
+    samples: Vec<u8>,
 }
 
-#[derive(Debug, Clone)]
-pub struct Variable {
-    pub name: &'static str,
-    /// Places in [`NetCdf::dimensions`].
-    pub dimensions: Vec<usize>,
-    pub texts: Vec<(&'static str, &'static str)>,
-    /// Names, types and bytes.
-    numbers: Vec<(&'static str, usize, Vec<u8>)>,
-    pub values: Values,
+/// A classic file (CDF-1) without records, of a line: its dimensions and, behind `; ` each, its variables, as
+/// `time=3 x=2; time(time) f8 0:0.5 units=ms; v(time,x) i2 [1,-9,3,4,5,6] _FillValue=-9 units=m~s-2`.
+/// Samples of `f8`, `f4`, `i4` or `i2` are listed, or rise from a number by another; a blank in a text is `~`, and `3i` an integer.
+pub fn netcdf(line: &str) -> Vec<u8> {
+    let mut parts = line.split("; ");
+    let dimensions = parts.next().unwrap().split(' ');
+    let dimensions: Vec<(&str, usize)> = dimensions
+        .filter_map(|word| word.split_once('='))
+        .map(|(name, length)| (name, length.parse().unwrap()))
+        .collect();
+    let variables: Vec<Variable> = parts.map(|part| variable(part, &dimensions)).collect();
+    let begin = header(&dimensions, &variables, 0).len();
+    let mut bytes = header(&dimensions, &variables, begin);
+    bytes.extend(variables.into_iter().flat_map(|variable| variable.samples));
+    bytes
 }
 
-#[derive(Debug, Clone)]
-pub enum Values {
-    Double(Vec<f64>),
-    Float(Vec<f32>),
-    Int(Vec<i32>),
-    Short(Vec<i16>),
+fn variable<'a>(part: &'a str, dimensions: &[(&str, usize)]) -> Variable<'a> {
+    let words: Vec<&str> = part.split(' ').collect();
+    let (name, along) = words[0].trim_end_matches(')').split_once('(').unwrap();
+    let along = along.split(',').filter(|name| !name.is_empty());
+    let place = |of: &str| dimensions.iter().position(|(name, _)| *name == of).unwrap();
+    let along: Vec<usize> = along.map(place).collect();
+    let count: usize = along.iter().map(|at| dimensions[*at].1).product();
+    let number = |text: &str| text.parse::<f64>().unwrap();
+    let numbers: Vec<f64> = match words[2].split_once(':') {
+        Some((from, step)) => (0..count)
+            .map(|i| number(from) + i as f64 * number(step))
+            .collect(),
+        None => words[2]
+            .trim_matches(['[', ']'])
+            .split(',')
+            .map(number)
+            .collect(),
+    };
+    let (code, mut samples): (u32, Vec<u8>) = match words[1] {
+        "f8" => (6, numbers.into_iter().flat_map(f64::to_be_bytes).collect()),
+        "f4" => (
+            5,
+            numbers
+                .into_iter()
+                .flat_map(|v| (v as f32).to_be_bytes())
+                .collect(),
+        ),
+        "i4" => (
+            4,
+            numbers
+                .into_iter()
+                .flat_map(|v| (v as i32).to_be_bytes())
+                .collect(),
+        ),
+        _ => (
+            3,
+            numbers
+                .into_iter()
+                .flat_map(|v| (v as i64 as i16).to_be_bytes())
+                .collect(),
+        ),
+    };
+    samples.resize(samples.len().next_multiple_of(4), 0);
+    let attributes = words[3..].iter().filter_map(|word| word.split_once('='));
+    Variable {
+        name,
+        dimensions: along,
+        attributes: attributes.collect(),
+        code,
+        samples,
+    }
 }
 
-impl Variable {
-    pub fn new(name: &'static str, dimensions: &[usize], values: Values) -> Variable {
-        Variable {
-            name,
-            dimensions: dimensions.to_vec(),
-            texts: Vec::new(),
-            numbers: Vec::new(),
-            values,
+fn header(dimensions: &[(&str, usize)], variables: &[Variable], begin: usize) -> Vec<u8> {
+    let mut out = b"CDF\x01".to_vec();
+    put(&mut out, &[0, 0x0a, dimensions.len()]);
+    for (name, length) in dimensions {
+        put_text(&mut out, name);
+        put(&mut out, &[*length]);
+    }
+    // No attributes of the file.
+    put(&mut out, &[0, 0, 0x0b, variables.len()]);
+    let mut at = begin;
+    for variable in variables {
+        put_text(&mut out, variable.name);
+        put(&mut out, &[variable.dimensions.len()]);
+        put(&mut out, &variable.dimensions);
+        let count = variable.attributes.len();
+        put(&mut out, &[if count == 0 { 0 } else { 0x0c }, count]);
+        for (name, value) in &variable.attributes {
+            put_text(&mut out, name);
+            let integer = value
+                .strip_suffix('i')
+                .and_then(|text| text.parse::<i32>().ok());
+            match (integer, value.parse::<f64>()) {
+                (Some(integer), _) => {
+                    put(&mut out, &[4, 1]);
+                    out.extend(integer.to_be_bytes());
+                }
+                (_, Ok(number)) => {
+                    put(&mut out, &[6, 1]);
+                    out.extend(number.to_be_bytes());
+                }
+                _ => {
+                    put(&mut out, &[2]);
+                    put_text(&mut out, &value.replace('~', " "));
+                }
+            }
         }
+        put(
+            &mut out,
+            &[variable.code as usize, variable.samples.len(), at],
+        );
+        at += variable.samples.len();
     }
-
-    /// The same with a text.
-    pub fn text(mut self, name: &'static str, text: &'static str) -> Variable {
-        self.texts.push((name, text));
-        self
-    }
-
-    /// The same with a number.
-    pub fn number(mut self, name: &'static str, number: f64) -> Variable {
-        self.numbers.push((name, 6, number.to_be_bytes().to_vec()));
-        self
-    }
-
-    /// The same with an integer.
-    pub fn integer(mut self, name: &'static str, number: i32) -> Variable {
-        self.numbers.push((name, 4, number.to_be_bytes().to_vec()));
-        self
-    }
+    out
 }
 
-impl Values {
-    fn bytes(&self) -> (u32, Vec<u8>) {
-        let (code, mut bytes): (u32, Vec<u8>) = match self {
-            Values::Double(values) => (6, values.iter().flat_map(|v| v.to_be_bytes()).collect()),
-            Values::Float(values) => (5, values.iter().flat_map(|v| v.to_be_bytes()).collect()),
-            Values::Int(values) => (4, values.iter().flat_map(|v| v.to_be_bytes()).collect()),
-            Values::Short(values) => (3, values.iter().flat_map(|v| v.to_be_bytes()).collect()),
-        };
-        bytes.resize(bytes.len().next_multiple_of(4), 0);
-        (code, bytes)
-    }
-}
-
-impl NetCdf {
-    /// The bytes of the file.
-    pub fn bytes(&self) -> Vec<u8> {
-        let sizes: Vec<usize> = self
-            .variables
+fn put(out: &mut Vec<u8>, numbers: &[usize]) {
+    out.extend(
+        numbers
             .iter()
-            .map(|v| v.values.bytes().1.len())
-            .collect();
-        let header = self.header(&vec![0; sizes.len()]).len();
-        let mut begins = Vec::new();
-        let mut at = header;
-        for size in &sizes {
-            begins.push(at);
-            at += size;
-        }
-        let mut bytes = self.header(&begins);
-        for variable in &self.variables {
-            bytes.extend(variable.values.bytes().1);
-        }
-        bytes
-    }
-
-    fn header(&self, begins: &[usize]) -> Vec<u8> {
-        let mut out = b"CDF\x01".to_vec();
-        put(&mut out, 0);
-        put(&mut out, 0x0a);
-        put(&mut out, self.dimensions.len());
-        for (name, len) in &self.dimensions {
-            put_name(&mut out, name);
-            put(&mut out, *len);
-        }
-        // No attributes of the file.
-        put(&mut out, 0);
-        put(&mut out, 0);
-        put(&mut out, 0x0b);
-        put(&mut out, self.variables.len());
-        for (variable, begin) in self.variables.iter().zip(begins) {
-            put_name(&mut out, variable.name);
-            put(&mut out, variable.dimensions.len());
-            for &d in &variable.dimensions {
-                put(&mut out, d);
-            }
-            let count = variable.texts.len() + variable.numbers.len();
-            put(&mut out, if count == 0 { 0 } else { 0x0c });
-            put(&mut out, count);
-            for (name, text) in &variable.texts {
-                put_name(&mut out, name);
-                put(&mut out, 2);
-                put_name(&mut out, text);
-            }
-            for (name, code, number) in &variable.numbers {
-                put_name(&mut out, name);
-                put(&mut out, *code);
-                put(&mut out, 1);
-                out.extend(number);
-            }
-            let (code, bytes) = variable.values.bytes();
-            put(&mut out, code as usize);
-            put(&mut out, bytes.len());
-            put(&mut out, *begin);
-        }
-        out
-    }
+            .flat_map(|&number| (number as u32).to_be_bytes()),
+    );
 }
 
-fn put(out: &mut Vec<u8>, number: usize) {
-    out.extend((number as u32).to_be_bytes());
-}
-
-fn put_name(out: &mut Vec<u8>, name: &str) {
-    put(out, name.len());
-    out.extend(name.bytes());
+fn put_text(out: &mut Vec<u8>, text: &str) {
+    put(out, &[text.len()]);
+    out.extend(text.bytes());
     out.resize(out.len().next_multiple_of(4), 0);
 }
