@@ -10,6 +10,7 @@ pub mod place;
 pub mod power;
 pub mod preload;
 pub mod pulse;
+pub mod recipe;
 pub mod running;
 pub mod shared;
 
