@@ -28,10 +28,3 @@ pub fn contains_all(text: &str, words: &[&str]) {
     }
 }
 
-/// Asserts that a text has none of these words.
-#[track_caller]
-pub fn contains_none(text: &str, words: &[&str]) {
-    for word in words {
-        assert!(!text.contains(word), "{word:?} in {text}");
-    }
-}
