@@ -1,12 +1,9 @@
-//! Display limits: what they hold, what they leave out, and how fine the maps within them are.
+//! How fine maps within the display limits are; what limits hold and leave out are rows of `said.txt`.
 
 use std::f64::consts::TAU;
 
 use ndarray::{Array2, ArrayView2, s};
-use test_support::changed;
-use test_support::fields::asking;
-use wavecascade::analyze::{Analysis, Map, Reduction, Request, Show, ShowAxis};
-use wavecascade::field::Axis;
+use wavecascade::analyze::{Analysis, Map, Reduction, Request};
 use wavecascade::{Field, analyze};
 
 /// Waves at bin m of frequency and of wavenumber with energies q^m, m = 1 .. `waves`.
@@ -96,50 +93,4 @@ fn maps_and_their_details_are_what_blocks_of_the_arrays_give() {
             compare(&part, array.view(), (0.0, 1.0), (0.0, dk));
         }
     }
-}
-
-/// A field of 400 samples at 2 kHz and 64 sites.
-fn in_units() -> Field {
-    let mut field = geometric((400, 64), 0.8, 20);
-    field.time = changed(Axis::index(), |it| it.step = 5e-4);
-    field
-}
-
-#[test]
-fn limits_are_those_asked_for() {
-    let request = |show| asking(|it| it.show = show);
-    let show = Show {
-        frequency: ShowAxis::UpTo(50.0),
-        wavenumber: ShowAxis::UpTo(1.0),
-        time: ShowAxis::Interval {
-            low: 0.05,
-            high: f64::INFINITY,
-        },
-        space: ShowAxis::Interval {
-            low: 10.0,
-            high: 20.0,
-        },
-    };
-    let (analysis, _) = analyze(&in_units(), &request(show)).unwrap();
-    let display = &analysis.display;
-    // Bins of 5 Hz and of 2 pi / 64.
-    assert_eq!(display.frequency.bins, 0..11);
-    assert_eq!(display.wavenumber.bins, 0..11);
-    assert_eq!(display.wavenumber_signed.bins, 22..43);
-    assert_eq!(display.time.bins, 100..400);
-    assert_eq!(display.space.bins, 10..21);
-    // A quarter of the record: waves of whole periods in time, the same energy at every site.
-    assert!((display.time.below - 0.25).abs() < 0.1);
-    assert!((display.space.below + display.space.above - 53.0 / 64.0).abs() < 1e-12);
-    let field = analysis.field_map.as_ref().unwrap().shown();
-    assert_eq!(field.values.dim(), (300, 11));
-    let one_way = ShowAxis::Interval {
-        low: -1.0,
-        high: 2.0,
-    };
-    let show = changed(Show::WHOLE, |it| it.wavenumber = one_way);
-    let (analysis, _) = analyze(&in_units(), &request(show)).unwrap();
-    assert_eq!(analysis.display.wavenumber.bins, 0..21);
-    assert_eq!(analysis.display.wavenumber_signed.bins, 22..53);
-    assert!(analysis.display.frequency.is_whole());
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use ndarray::Array2;
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use wavecascade::analyze::{Analysis, Request, Results, TimeRange, analyze};
+use wavecascade::analyze::{Analysis, Request, Results, ShowAxis, TimeRange, analyze};
 use wavecascade::arrays::Precision;
 use wavecascade::budget::answer_of_run;
 use wavecascade::chain::scene::{SceneSource, Setting, preset};
@@ -314,6 +314,10 @@ fn set(request: &mut Request, field: &mut Field, option: &str, text: &str) {
             }
         }
         "maps" => request.maps = true,
+        "show-frequency" => request.show.frequency = shown(text),
+        "show-wavenumber" => request.show.wavenumber = shown(text),
+        "show-time" => request.show.time = shown(text),
+        "show-space" => request.show.space = shown(text),
         "sites" => request.sites = Some(ends[0] as usize..ends[1] as usize),
         "times" => {
             request.times = TimeRange::Interval {
@@ -337,6 +341,18 @@ fn set(request: &mut Request, field: &mut Field, option: &str, text: &str) {
         "noise" => request.noise = Some(number()),
         "precision" => request.precision = Precision::F32,
         _ => panic!("{option}"),
+    }
+}
+
+/// `HIGH`, or `LOW:HIGH`, of which either may be left out.
+fn shown(text: &str) -> ShowAxis {
+    let number = |text: &str, other: f64| text.parse().unwrap_or(other);
+    match text.split_once(':') {
+        None => ShowAxis::UpTo(number(text, f64::NAN)),
+        Some((low, high)) => ShowAxis::Interval {
+            low: number(low, f64::NEG_INFINITY),
+            high: number(high, f64::INFINITY),
+        },
     }
 }
 
@@ -370,6 +386,11 @@ fn all_of(analysis: &Analysis) -> Value {
     add(
         "told",
         json!(analysis.undirected.map(|reason| reason.code())),
+    );
+    let field = analysis.field_map.as_ref();
+    add(
+        "shown_field",
+        json!(field.map(|map| map.shown().values.dim())),
     );
     let shown = &analysis.display;
     for (name, of) in [

@@ -29,12 +29,18 @@ fn compared(family: Family, orders: RangeInclusive<usize>, cells: usize) -> Vec<
 #[test]
 fn val_exact_ratios_least_leaks() {
     let mass = changed(Family::default(), |it| it.alternation = Alternation::Mass);
-    for (family, orders, reached) in [
-        (Family::default(), 1..=3, 1e-5),
-        // A second minimum, 0.65 % below, is as close to zero as 1e-12.
-        (Family::default(), 10..=10, 5e-5),
-        (mass, 2..=2, 1e-5),
-    ] {
+    least_leaks([(Family::default(), 1..=3, 1e-5), (mass, 2..=2, 1e-5)]);
+}
+
+/// A second minimum, 0.65 % below, is as close to zero as 1e-12.
+#[test]
+#[ignore = "takes long: chains of order 10"]
+fn val_exact_ratios_least_leaks_of_a_high_order() {
+    least_leaks([(Family::default(), 10..=10, 5e-5)]);
+}
+
+fn least_leaks<const N: usize>(cases: [(Family, RangeInclusive<usize>, f64); N]) {
+    for (family, orders, reached) in cases {
         let rows = compared(family, orders, 80);
         for row in &rows {
             let direct = row.direct.unwrap();

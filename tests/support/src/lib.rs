@@ -27,4 +27,3 @@ pub fn contains_all(text: &str, words: &[&str]) {
         assert!(text.contains(word), "no {word:?} in {text}");
     }
 }
-
