@@ -1,12 +1,9 @@
-//! Display limits: what they hold, what they leave out, and how fine the maps within them are.
+//! How fine maps within the display limits are; what limits hold and leave out are rows of `said.txt`.
 
 use std::f64::consts::TAU;
 
 use ndarray::{Array2, ArrayView2, s};
-use test_support::changed;
-use test_support::fields::{TEMPORAL, asking};
-use wavecascade::analyze::{Analysis, Map, Reduction, Request, Results, Show, ShowAxis};
-use wavecascade::field::Axis;
+use wavecascade::analyze::{Analysis, Map, Reduction, Request};
 use wavecascade::{Field, analyze};
 
 /// Waves at bin m of frequency and of wavenumber with energies q^m, m = 1 .. `waves`.
@@ -17,66 +14,6 @@ fn geometric((times, sites): (usize, usize), q: f64, waves: usize) -> Field {
         (1..=waves).map(wave).sum()
     };
     Field::from_array(Array2::from_shape_fn((times, sites), value))
-}
-
-/// Above bin M lie (q^M - q^n) / (1 - q^n) of the energy of n waves.
-#[test]
-fn val_limits_hold_999_permille_of_a_geometric_spectrum() {
-    for q in [0.6f64, 0.8, 0.9] {
-        let waves = 120;
-        let (analysis, _) = analyze(&geometric((512, 300), q, waves), &Request::default()).unwrap();
-        let display = &analysis.display;
-        let all = q.powi(waves as i32);
-        for extent in [&display.frequency, &display.wavenumber] {
-            let last = extent.bins.end - 1;
-            let above = (q.powi(last as i32) - all) / (1.0 - all);
-            assert!(
-                (extent.above - above).abs() < 1e-12,
-                "{q}: {} {above}",
-                extent.above
-            );
-            assert!(extent.above <= 1e-3 && extent.below == 0.0);
-            // A twentieth fewer bins would leave out more than a thousandth.
-            let short = (last as f64 / 1.05 - 1.0).floor();
-            assert!(
-                last == 8 || (q.powf(short) - all) / (1.0 - all) > 1e-3,
-                "{q}: {last}"
-            );
-        }
-        let both = &display.wavenumber_signed;
-        assert!((both.low + both.high).abs() < 1e-9 * both.high);
-        assert!((both.below + both.above - display.wavenumber.above).abs() < 1e-12);
-        assert!(display.time.is_whole() && display.space.is_whole());
-    }
-}
-
-#[test]
-fn nothing_and_noise_are_shown_whole_and_say_nothing() {
-    let value = |(n, j): (usize, usize)| ((n * n * 31 + j * j * 17 + n * j) as f64).sin();
-    let noise = Field::from_array(Array2::from_shape_fn((200, 40), value));
-    let empty = Field::from_array(Array2::zeros((200, 40)));
-    for field in [noise, empty] {
-        let (analysis, _) = analyze(&field, &Request::default()).unwrap();
-        let display = &analysis.display;
-        assert!(display.frequency.is_whole() && display.wavenumber.is_whole());
-        assert!(display.wavenumber_signed.is_whole());
-        assert!(display.time.is_whole() && display.space.is_whole());
-        assert!(maps(&analysis).iter().all(|map| map.detail.is_none()));
-    }
-}
-
-#[test]
-fn silence_before_and_after_is_cut() {
-    let value = |(n, j): (usize, usize)| match n {
-        400..600 => (0.3 * n as f64 - 0.2 * j as f64).sin(),
-        _ => 0.0,
-    };
-    let field = Field::from_array(Array2::from_shape_fn((1000, 40), value));
-    let (analysis, _) = analyze(&field, &Request::default()).unwrap();
-    let time = &analysis.display.time;
-    assert!((370..=400).contains(&time.bins.start) && (600..=630).contains(&time.bins.end));
-    assert_eq!((time.below, time.above), (0.0, 0.0));
-    assert!(analysis.display.space.is_whole());
 }
 
 /// The maps of an analysis.
@@ -156,67 +93,4 @@ fn maps_and_their_details_are_what_blocks_of_the_arrays_give() {
             compare(&part, array.view(), (0.0, 1.0), (0.0, dk));
         }
     }
-}
-
-/// A field of 400 samples at 2 kHz and 64 sites.
-fn in_units() -> Field {
-    let mut field = geometric((400, 64), 0.8, 20);
-    field.time = changed(Axis::index(), |it| it.step = 5e-4);
-    field
-}
-
-#[test]
-fn limits_are_those_asked_for() {
-    let request = |show| asking(|it| it.show = show);
-    let show = Show {
-        frequency: ShowAxis::UpTo(50.0),
-        wavenumber: ShowAxis::UpTo(1.0),
-        time: ShowAxis::Interval {
-            low: 0.05,
-            high: f64::INFINITY,
-        },
-        space: ShowAxis::Interval {
-            low: 10.0,
-            high: 20.0,
-        },
-    };
-    let (analysis, _) = analyze(&in_units(), &request(show)).unwrap();
-    let display = &analysis.display;
-    // Bins of 5 Hz and of 2 pi / 64.
-    assert_eq!(display.frequency.bins, 0..11);
-    assert_eq!(display.wavenumber.bins, 0..11);
-    assert_eq!(display.wavenumber_signed.bins, 22..43);
-    assert_eq!(display.time.bins, 100..400);
-    assert_eq!(display.space.bins, 10..21);
-    // A quarter of the record: waves of whole periods in time, the same energy at every site.
-    assert!((display.time.below - 0.25).abs() < 0.1);
-    assert!((display.space.below + display.space.above - 53.0 / 64.0).abs() < 1e-12);
-    let field = analysis.field_map.as_ref().unwrap().shown();
-    assert_eq!(field.values.dim(), (300, 11));
-    let one_way = ShowAxis::Interval {
-        low: -1.0,
-        high: 2.0,
-    };
-    let show = changed(Show::WHOLE, |it| it.wavenumber = one_way);
-    let (analysis, _) = analyze(&in_units(), &request(show)).unwrap();
-    assert_eq!(analysis.display.wavenumber.bins, 0..21);
-    assert_eq!(analysis.display.wavenumber_signed.bins, 22..53);
-    assert!(analysis.display.frequency.is_whole());
-}
-
-/// Energies along an axis come from the result there is.
-#[test]
-fn limits_do_not_depend_on_which_results_are_wanted() {
-    let field = geometric((512, 128), 0.8, 60);
-    let of = |results| {
-        let request = asking(|it| it.results = results);
-        analyze(&field, &request).unwrap().0.display
-    };
-    let all = of(Results::ALL);
-    let temporal = of(TEMPORAL);
-    let spatial = of(changed(Results::NONE, |it| it.spatial = true));
-    assert_eq!(all.frequency.bins, temporal.frequency.bins);
-    assert_eq!(all.wavenumber.bins, spatial.wavenumber.bins);
-    assert!((all.wavenumber.above - spatial.wavenumber.above).abs() < 1e-12);
-    assert!(temporal.wavenumber.is_whole() && temporal.wavenumber.above.is_nan());
 }

@@ -3,6 +3,7 @@
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::Value;
+use test_support::figures::well_formed;
 use wavecascade::analyze::Analysis;
 use wavecascade::plot::Style;
 use wavecascade::report::{Provenance, sheet_html};
@@ -53,30 +54,19 @@ fn bits(values: impl IntoIterator<Item = f32>) -> Vec<u32> {
     values.into_iter().map(f32::to_bits).collect()
 }
 
-/// The page without what stands inside script and style elements.
+/// The page without its scripts and styles.
 fn markup(page: &str) -> String {
-    let mut out = String::new();
-    let mut rest = page;
-    while let Some(at) = rest.find("<s") {
-        let name = ["script", "style"]
-            .into_iter()
-            .find(|name| rest[at + 1..].starts_with(name));
-        match name {
-            Some(name) => {
-                let body = at + rest[at..].find('>').unwrap() + 1;
-                out.push_str(&rest[..body]);
-                rest = &rest[body + rest[body..].find(&format!("</{name}>")).unwrap()..];
-                let close = rest.find('>').unwrap() + 1;
-                out.push_str(&rest[..close]);
-                rest = &rest[close..];
-            }
-            None => {
-                out.push_str(&rest[..at + 2]);
-                rest = &rest[at + 2..];
-            }
-        }
-    }
-    out + rest
+    let without = |page: String, name: &str| {
+        let (open, close) = (format!("<{name}"), format!("</{name}>"));
+        let mut parts = page.split(&open);
+        let first = parts.next().unwrap_or_default().to_owned();
+        // A script may name its own element.
+        let after = |part| str::split_once(part, &close).map_or("", |(_, rest)| rest);
+        first + &parts.map(after).collect::<String>()
+    };
+    ["script", "style"]
+        .into_iter()
+        .fold(page.to_owned(), without)
 }
 
 #[test]
@@ -115,30 +105,13 @@ fn names_are_escaped() {
 
 #[test]
 fn tags_are_balanced() {
-    const VOID: [&str; 1] = ["meta"];
     for (name, analysis) in test_support::figures::degenerate()
         .into_iter()
         .chain([("full", test_support::figures::full())])
         .chain([("field only", test_support::figures::field_only())])
     {
         let page = markup(&html(&analysis));
-        let mut open: Vec<&str> = Vec::new();
-        for piece in page
-            .split('<')
-            .skip(1)
-            .filter(|piece| !piece.starts_with('!'))
-        {
-            let tag = piece.split('>').next().unwrap();
-            if let Some(closed) = tag.strip_prefix('/') {
-                assert_eq!(open.pop(), Some(closed), "{name}");
-            } else {
-                let tag = tag.split_whitespace().next().unwrap();
-                if !VOID.contains(&tag) {
-                    open.push(tag);
-                }
-            }
-        }
-        assert!(open.is_empty(), "{name}: {open:?} stay open");
+        assert!(well_formed(&page).len() > 100, "{name}");
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use test_support::contains_all;
+use test_support::figures::well_formed;
 use wavecascade::analyze::{Analysis, Reduction};
 use wavecascade::plot::plotters::prelude::*;
 use wavecascade::plot::{self, Figure, Format, Style, own_chart, px, sans};
@@ -27,22 +28,6 @@ fn decode(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
     let info = reader.next_frame(&mut pixels).unwrap();
     (info.width, info.height, pixels)
-}
-
-/// Checks that tags nest and close; returns the text between them.
-fn well_formed(svg: &str) -> String {
-    let (mut open, mut texts) = (Vec::new(), String::new());
-    for piece in svg.split('<').skip(1) {
-        let (tag, text) = piece.split_once('>').expect("a tag closes");
-        if let Some(name) = tag.strip_prefix('/') {
-            assert_eq!(open.pop(), Some(name));
-        } else if !tag.ends_with('/') {
-            open.push(tag.split_whitespace().next().unwrap());
-        }
-        texts.push_str(text);
-    }
-    assert!(open.is_empty(), "{open:?} stay open");
-    texts
 }
 
 #[test]

@@ -1,17 +1,16 @@
 //! Fields that break careless spectra: short, long, constant, huge, tiny, offset, with holes.
 
 use ndarray::Array2;
-use serde_json::json;
 use test_support::changed;
 use test_support::fields::{TEMPORAL, asking, noise, option, segments};
-use wavecascade::analyze::{Analysis, BandEdge, Request, Scaling, Spectra, TimeRange, Warning};
+use wavecascade::analyze::{Analysis, Request, Scaling, Spectra, TimeRange};
 use wavecascade::arrays::Precision;
 use wavecascade::estimates::{
     IncrementsRequest, ModesRequest, SpectrumRequest, increments, modes, spectrum,
 };
 use wavecascade::field::Axis;
 use wavecascade::observer::Silent;
-use wavecascade::prepare::{Detrend, Gaps, Window};
+use wavecascade::prepare::{Detrend, Window};
 use wavecascade::reference::Grid;
 use wavecascade::{Error, Field, analyze};
 
@@ -62,20 +61,6 @@ fn every_length_on_either_axis_keeps_its_energy() {
             assert!(temporal.iter().all(|p| p.is_finite()));
         }
     }
-}
-
-/// Rounding grows like the logarithm of the length, also at primes.
-#[test]
-fn val_direct_sums_agree_at_hard_lengths() {
-    for n in [2, 3, 97, 1009, 4096, 5040, 10_007, 16_384] {
-        let (analysis, _) = analyzed(&field((n, 1)), &Request::default());
-        let error = analysis.accuracy.spot_check.expect("short enough to check");
-        assert!(error < 1e-15, "{n}: {error:e}");
-    }
-    let single = asking(|it| it.precision = Precision::F32);
-    let (analysis, _) = analyzed(&field((4096, 1)), &single);
-    let error = analysis.accuracy.spot_check.expect("short enough to check");
-    assert!((1e-9..5e-7).contains(&error), "{error:e}");
 }
 
 #[test]
@@ -139,111 +124,6 @@ fn an_offset_a_billion_times_the_signal_is_removed_or_kept_without_loss() {
     assert!(residuals(&analysis).all(|r| r.abs() < 1e-14));
 }
 
-#[test]
-fn zero_channels_have_no_centroid_and_constant_ones_that_of_zero() {
-    let values = Array2::from_shape_fn((32, 4), |(n, j)| match j {
-        0 => 0.0,
-        1 => 5.0,
-        _ => sample(n, j),
-    });
-    let (analysis, _) = analyzed(&Field::from_array(values), &Request::default());
-    let along = analysis.along_space.expect("requested");
-    assert!(along.centroid[0].is_nan() && along.entropy[0].is_nan());
-    // Bin 0 stands for half a bin: nine tenths of 1/64.
-    assert!(along.centroid[1] == 0.0 && along.quantile_90[1] == 0.9 / 64.0);
-    assert!(along.centroid[2].is_finite());
-    assert_eq!(along.energy[0], 0.0);
-    let dead = analysis.warnings.iter().find(|w| w.code == "dead-channels");
-    assert_eq!(dead.expect("told").numbers["sites"], json!([0, 1]));
-}
-
-#[test]
-fn nothing_but_zeros_or_gaps_is_undefined_and_never_zero() {
-    for (value, gaps) in [
-        (0.0, Gaps::Refuse),
-        (f64::NAN, Gaps::Interpolate),
-        (f64::NAN, Gaps::Mask),
-    ] {
-        let request = Request {
-            gaps,
-            detrend_time: Detrend::Linear,
-            detrend_space: Detrend::Mean,
-            detrend_field_mean: true,
-            ..Request::default()
-        };
-        let field = Field::from_array(Array2::from_elem((20, 6), value));
-        let (analysis, spectra) = analyzed(&field, &request);
-        assert_eq!(residuals(&analysis).count(), 0);
-        let d = analysis.direction.expect("requested");
-        assert!(d.toward_plus_x.is_nan() && d.undirected.is_nan());
-        assert!(analysis.warnings.iter().any(|w| w.code == "no-energy"));
-        let of_gaps = |w: &Warning| w.code == "gaps" && w.numbers["samples"] == 120;
-        assert_eq!(analysis.warnings.iter().any(of_gaps), value.is_nan());
-        let spacetime = spectra.spacetime.expect("requested");
-        assert!(spacetime.iter().all(|&p| p == 0.0));
-    }
-}
-
-#[test]
-fn gaps_are_refused_with_their_number_and_place() {
-    let mut values = Array2::from_shape_fn((40, 7), |(n, j)| sample(n, j));
-    values[[12, 3]] = f64::NAN;
-    values[[9, 5]] = f64::INFINITY;
-    values[[10, 5]] = f64::NEG_INFINITY;
-    match analyze(&Field::from_array(values), &Request::default()) {
-        Err(Error::NonFinite {
-            count,
-            first,
-            sites,
-            n_sites,
-            ..
-        }) => assert_eq!((count, first, sites, n_sites), (3, (9, 5), 2, 7)),
-        other => panic!("{other:?}"),
-    }
-}
-
-#[test]
-fn a_gap_on_a_line_is_interpolated_exactly() {
-    let line = Array2::from_shape_fn((40, 7), |(n, j)| 0.5 * n as f64 - j as f64);
-    let mut holed = line.clone();
-    for n in 5..9 {
-        holed[[n, 2]] = f64::NAN;
-    }
-    let request = asking(|it| it.gaps = Gaps::Interpolate);
-    let (analysis, a) = analyzed(&Field::from_array(holed), &request);
-    let (_, b) = analyzed(&Field::from_array(line), &request);
-    assert_eq!(a.spatial, b.spatial);
-    assert_eq!(a.temporal, b.temporal);
-    let gaps = analysis.warnings.iter().find(|w| w.code == "gaps");
-    let gaps = &gaps.expect("told").numbers;
-    assert!(gaps["samples"] == 4 && gaps["sites"] == 1, "{gaps}");
-}
-
-/// A line in each stretch of a record, with a hole: nothing is left of it, if the hole does not
-/// enter the fit and is 0 after it, in the whole record and in each segment.
-#[test]
-fn a_masked_gap_stays_out_of_trends() {
-    let segments = segments(50, 0);
-    for (stretch, welch) in [(200, None), (50, Some(segments))] {
-        let mut values = Array2::from_shape_fn((200, 6), |(n, j)| {
-            let slope = 1.0 + (n / stretch) as f64 * (1.0 + j as f64);
-            1e3 + slope * (n % stretch) as f64
-        });
-        for n in 40..71 {
-            values[[n, 3]] = f64::NAN;
-        }
-        let request = Request {
-            gaps: Gaps::Mask,
-            detrend_time: Detrend::Linear,
-            welch,
-            ..Request::default()
-        };
-        let (_, spectra) = analyzed(&Field::from_array(values.clone()), &request);
-        let left = spectra.temporal.expect("requested").sum();
-        assert!(left < 1e-18, "{welch:?}: {left:e}");
-    }
-}
-
 /// One frame over the whole record is the record's own spectrum; frames elsewhere are those of the
 /// samples they cover.
 #[test]
@@ -293,65 +173,6 @@ fn short_time_spectra_are_spectra_of_their_samples() {
     let (_, spectra) = analyzed(&field, &untapered);
     let spatial = spectra.spatial.expect("requested");
     assert_eq!(along_x.spectra[0].values.column(0), spatial.row(30));
-}
-
-#[test]
-fn a_time_range_keeps_its_ends_however_late_it_is() {
-    let mut field = field((200, 2));
-    field.time.origin = 1.7e9;
-    field.time.step = 1e-3;
-    for (first, last) in [(50, 100), (0, 199), (3, 3), (149, 151)] {
-        let request = Request {
-            times: TimeRange::Interval {
-                from: 1.7e9 + 1e-3 * f64::from(first),
-                to: 1.7e9 + 1e-3 * f64::from(last),
-            },
-            ..Request::default()
-        };
-        let (analysis, _) = analyzed(&field, &request);
-        assert_eq!(analysis.axes.n_times as i32, last - first + 1);
-        assert_eq!(analysis.offset.0 as i32, first);
-    }
-}
-
-/// By hand: `sin(2 pi 5 n / 64) sin(2 pi 4 j / 32)` of a range that begins at time 16 and site 8, where it is
-/// zero; so the rows that follow are the first with energy, half and a fifth of the largest. A line in
-/// bin m has 90 % of its energy below `m - 1/2 + 9/10` bins: 5.4 of 1/32, and 4.4 of pi / 4.
-#[test]
-fn val_band_edges_name_their_rows_in_the_file() {
-    let turn = |m: usize, length: usize| (std::f64::consts::TAU * m as f64 / length as f64).sin();
-    let mut field = Field::from_array(Array2::from_shape_fn((80, 40), |(n, j)| {
-        match (n.checked_sub(16), j.checked_sub(8)) {
-            (Some(n), Some(j)) => turn(5 * n, 64) * turn(4 * j, 32),
-            _ => 9.0,
-        }
-    }));
-    (field.time.origin, field.time.step) = (3.0, 0.5);
-    (field.space.origin, field.space.step) = (-1.0, 0.25);
-    let request = Request {
-        sites: Some(8..40),
-        times: TimeRange::Interval {
-            from: 11.0,
-            to: 42.5,
-        },
-        window_time: Window::None,
-        window_space: Window::None,
-        ..Request::default()
-    };
-    let (analysis, _) = analyzed(&field, &request);
-    for (edge, expected) in [
-        (analysis.frequency_edge, (0.16875, 9, 1.25)),
-        (
-            analysis.wavenumber_edge,
-            (1.1 * std::f64::consts::PI, 17, 11.5),
-        ),
-    ] {
-        let Some(BandEdge::Reference { value, index, at }) = edge else {
-            panic!("{edge:?}");
-        };
-        assert!((value / expected.0 - 1.0).abs() < 1e-13, "{value}");
-        assert_eq!((index, at), (expected.1, expected.2));
-    }
 }
 
 #[test]
@@ -415,28 +236,22 @@ fn a_tone_between_bins_is_recovered_to_the_bound_of_each_window() {
             let asked = |scaling| asking(|it| (it.window_time, it.scaling) = (window, scaling));
             let (_, spectra) = analyzed(&tone, &asked(Scaling::Spectrum));
             let spectrum = spectra.temporal.expect("requested");
-            let (bin, peak) =
-                spectrum
-                    .column(0)
-                    .iter()
-                    .copied()
-                    .enumerate()
-                    .fold(
-                        (0, 0.0),
-                        |best, (m, p)| if p > best.1 { (m, p) } else { best },
-                    );
+            let column = spectrum.column(0).to_vec();
+            let bin = (0..column.len())
+                .max_by(|a, b| column[*a].total_cmp(&column[*b]))
+                .unwrap();
+            let peak = column[bin];
             let amplitude = (2.0 * peak).sqrt();
             let loss = 20.0 * (amplitude / 3.0).log10();
             // The image at negative frequency adds a little to the slow sidelobes of no window.
             let slack = 0.02;
-            assert!(loss <= slack, "{window:?}: {loss} dB");
-            assert!(loss >= -bound - slack, "{window:?}: {loss} dB");
-            if fraction == 0.5 {
-                assert!(
-                    (loss + bound).abs() < slack,
-                    "{window:?}: {loss} dB, {bound}"
-                );
-            }
+            let least = -bound - slack;
+            let most = if fraction == 0.5 {
+                slack - bound
+            } else {
+                slack
+            };
+            assert!((least..=most).contains(&loss), "{window:?}: {loss} dB");
             assert!(
                 (bin as f64 - 200.0 - fraction).abs() <= 0.5,
                 "{window:?}: bin {bin}"

@@ -9,7 +9,9 @@ use wavecascade::fit::{CompareRequest, Comparison, Records};
 use wavecascade::observer::Silent;
 use wavecascade::sheet::Describe;
 
-use super::made::{Measurement, Normal};
+use test_support::measured::Normal;
+
+use super::made::Measurement;
 
 const BODIES: [usize; 5] = [3, 6, 9, 12, 15];
 
@@ -156,13 +158,13 @@ fn val_uneven_sampling_is_no_difference() {
     // Every third to eleventh sample.
     let mut at = vec![0];
     while at[at.len() - 1] + 12 < 3001 {
-        let step = 3 + (normal.next().abs() * 3.0).min(8.0) as usize;
+        let step = 3 + (normal.draw().abs() * 3.0).min(8.0) as usize;
         at.push(at[at.len() - 1] + step);
     }
     for noise in [1e-4, 0.01, 0.1] {
         let mut sample = |i: usize, body: usize| match i % 97 {
             0 => f64::NAN,
-            _ => run.velocity[[i, body]] + noise * normal.next(),
+            _ => run.velocity[[i, body]] + noise * normal.draw(),
         };
         let records = |delay: f64, sample: &mut dyn FnMut(usize, usize) -> f64| Records {
             quantity: Quantity::Velocity,

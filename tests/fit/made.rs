@@ -8,23 +8,7 @@ use wavecascade::fit::{FitRequest, Fitted};
 use wavecascade::observer::Silent;
 use wavecascade::{Error, Field};
 
-/// Normal numbers by SplitMix64 and the method of Box and Muller.
-pub struct Normal(pub u64);
-
-impl Normal {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (((z ^ (z >> 31)) >> 11) + 1) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn next(&mut self) -> f64 {
-        let radius = (-2.0 * self.uniform().ln()).sqrt();
-        radius * (std::f64::consts::TAU * self.uniform()).cos()
-    }
-}
+use test_support::measured::Normal;
 
 /// What is measured of a run.
 #[derive(Clone)]
@@ -80,10 +64,10 @@ impl Measurement {
         let mut noisy = records.clone();
         let fresh = (1.0 - self.correlation * self.correlation).sqrt();
         for mut column in noisy.columns_mut() {
-            let mut last = normal.next();
+            let mut last = normal.draw();
             for value in &mut column {
                 *value += self.noise * size * last;
-                last = self.correlation * last + fresh * normal.next();
+                last = self.correlation * last + fresh * normal.draw();
             }
         }
         noisy

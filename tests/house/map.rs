@@ -1,4 +1,4 @@
-//! The picture of who uses whom, `docs/architecture.svg`, is drawn from the code. With `RECORD_MAP=1` it is written anew.
+//! The picture of who uses whom, `docs/architecture.md`, is drawn from the code. With `RECORD_MAP=1` it is written anew.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -10,9 +10,6 @@ type Uses = BTreeMap<String, BTreeSet<String>>;
 
 /// Rooms that so many others use are drawn as the ground on which all stand, without arrows.
 const GROUND: usize = 10;
-const BOX: (f64, f64) = (112.0, 30.0);
-const STEP: (f64, f64) = (132.0, 74.0);
-const MARGIN: f64 = 24.0;
 
 /// What each room uses.
 fn used() -> Uses {
@@ -70,124 +67,29 @@ fn reduced(above: &Uses) -> Uses {
         .collect()
 }
 
-/// Rows of rooms from the bottom up, each room with its place along the row: above all that it uses, and near to it.
-fn rows(above: &Uses, arrows: &Uses) -> Vec<Vec<(String, f64)>> {
-    fn level(room: &str, above: &Uses) -> usize {
-        above[room]
-            .iter()
-            .map(|other| level(other, above) + 1)
-            .max()
-            .unwrap_or(0)
-    }
-    let mut rows: Vec<Vec<String>> = Vec::new();
-    for room in listed().into_iter().filter(|room| above.contains_key(room)) {
-        let at = level(&room, above);
-        rows.resize_with(rows.len().max(at + 1), Vec::new);
-        rows[at].push(room);
-    }
-    let mut place: BTreeMap<String, f64> = BTreeMap::new();
-    for row in &mut rows {
-        let mean = |room: &String| {
-            let used = &arrows[room];
-            let sum: f64 = used.iter().filter_map(|other| place.get(other)).sum();
-            if used.is_empty() {
-                0.0
-            } else {
-                sum / used.len() as f64
-            }
-        };
-        row.sort_by(|a, b| mean(a).total_cmp(&mean(b)));
-        let wanted: Vec<f64> = row.iter().map(mean).collect();
-        let mut at = wanted.clone();
-        for i in 1..at.len() {
-            at[i] = at[i].max(at[i - 1] + 1.0);
-        }
-        let shift = (wanted.iter().sum::<f64>() - at.iter().sum::<f64>()) / at.len() as f64;
-        place.extend(row.iter().cloned().zip(at.iter().map(|at| at + shift)));
-    }
-    let placed = |room: String| {
-        let at = place[&room];
-        (room, at)
-    };
-    rows.into_iter()
-        .map(|row| row.into_iter().map(placed).collect())
-        .collect()
-}
-
 fn drawn() -> String {
     let (ground, above) = split(used());
     let arrows = reduced(&above);
-    let rows = rows(&above, &arrows);
-    let middle = (ground.len() as f64 - 1.0) / 2.0;
-    let ground_row: Vec<(String, f64)> = ground
-        .iter()
-        .cloned()
-        .enumerate()
-        .map(|(i, room)| (room, i as f64 - middle))
-        .collect();
-    let all = || {
-        std::iter::once(&ground_row)
-            .chain(&rows)
-            .flatten()
-            .map(|(_, at)| *at)
-    };
-    let (left, right) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
-    let width = (right - left) * STEP.0 + BOX.0 + 2.0 * MARGIN;
-    let height = rows.len() as f64 * STEP.1 + BOX.1 + 2.0 * MARGIN;
-    let mut places = BTreeMap::new();
-    for (level, row) in std::iter::once(&ground_row).chain(&rows).enumerate() {
-        let y = height - MARGIN - BOX.1 - level as f64 * STEP.1;
-        for (room, at) in row {
-            places.insert(room.as_str(), (MARGIN + (at - left) * STEP.0, y));
-        }
-    }
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"14\">\n\
-         <title>Modules of wavecascade: each uses those that its lines lead down to, and those of the bottom row</title>\n\
-         <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n"
+    let mut text = String::from(
+        "# Who uses whom\n\nModules of `wavecascade`: each uses those that its arrows lead down to, and those of the ground.\n\n\
+         ```mermaid\ngraph TD\n",
     );
     for (room, used) in &arrows {
-        let (x, y) = places[room.as_str()];
+        let _ = writeln!(text, "    {room}");
         for other in used {
-            let (to_x, to_y) = places[other.as_str()];
-            let (from, to) = ((x + BOX.0 / 2.0, y + BOX.1), (to_x + BOX.0 / 2.0, to_y));
-            let bend = (to.1 - from.1) / 2.0;
-            let _ = writeln!(
-                svg,
-                "<path d=\"M{} {}C{} {} {} {} {} {}\" fill=\"none\" stroke=\"#789\" stroke-width=\"1.2\"><title>{room} uses {other}</title></path>",
-                from.0,
-                from.1,
-                from.0,
-                from.1 + bend,
-                to.0,
-                to.1 - bend,
-                to.0,
-                to.1
-            );
+            let _ = writeln!(text, "    {room} --> {other}");
         }
     }
-    for (room, (x, y)) in &places {
-        let fill = if ground.iter().any(|other| other == room) {
-            "#e4e8ee"
-        } else {
-            "#dceaf7"
-        };
-        let _ = writeln!(
-            svg,
-            "<rect x=\"{x}\" y=\"{y}\" width=\"{}\" height=\"{}\" rx=\"5\" fill=\"{fill}\" stroke=\"#456\"/>\
-             <text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{room}</text>",
-            BOX.0,
-            BOX.1,
-            x + BOX.0 / 2.0,
-            y + 20.0
-        );
+    text += "    subgraph ground\n";
+    for room in ground {
+        let _ = writeln!(text, "        {room}");
     }
-    svg + "</svg>\n"
+    text + "    end\n```\n"
 }
 
 #[test]
 fn regress_the_picture_of_the_map_is_that_of_the_code() {
-    let path = root().join("docs/architecture.svg");
+    let path = root().join("docs/architecture.md");
     let drawn = drawn();
     if std::env::var_os("RECORD_MAP").is_some() {
         fs::write(&path, &drawn).unwrap();
@@ -195,7 +97,7 @@ fn regress_the_picture_of_the_map_is_that_of_the_code() {
     let stored = fs::read_to_string(&path).unwrap_or_default();
     assert!(
         stored == drawn,
-        "docs/architecture.svg is of other code: RECORD_MAP=1 cargo test --test house"
+        "docs/architecture.md is of other code: RECORD_MAP=1 cargo test --test house"
     );
 }
 

@@ -3,5 +3,4 @@
 mod attenuation_curves;
 mod attenuation_pulse;
 mod direct;
-mod hard;
 mod waves;

@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::PathBuf;
-use std::process::Output;
 
 use column_fft::RealToComplexColumns;
 use serde_json::{Value, json};
@@ -19,31 +18,52 @@ impl Place {
         self.0.path().join(name)
     }
 
-    fn folder(&self) -> &std::path::Path {
-        self.0.path()
-    }
-
     fn command(&self, words: &[&str]) -> assert_cmd::Command {
         let mut command = assert_cmd::Command::cargo_bin("throughput").unwrap();
-        command.current_dir(self.folder()).args(words);
+        command.current_dir(self.0.path()).args(words);
         command
     }
 
-    fn run(&self, words: &[&str]) -> Output {
-        self.command(words).output().unwrap()
-    }
-
     fn good(&self, words: &[&str]) -> String {
-        let output = self.run(words);
-        assert_eq!(output.status.code(), Some(0), "{words:?}: {output:?}");
-        String::from_utf8(output.stdout).unwrap()
+        let [out, _] = ends(0, &mut self.command(words));
+        out
     }
 
     fn bad(&self, code: i32, words: &[&str]) -> String {
-        let output = self.run(words);
-        assert_eq!(output.status.code(), Some(code), "{words:?}: {output:?}");
-        String::from_utf8(output.stderr).unwrap()
+        let [_, err] = ends(code, &mut self.command(words));
+        err
     }
+
+    fn known(&self) -> Value {
+        json(&fs::read_to_string(self.path("base.json")).unwrap())
+    }
+}
+
+/// What a command says, also on standard error, that ends with this code.
+#[track_caller]
+fn ends(code: i32, command: &mut assert_cmd::Command) -> [String; 2] {
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(code), "{command:?}: {output:?}");
+    [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap())
+}
+
+#[track_caller]
+fn has(said: &str, words: &[&str]) {
+    for word in words {
+        assert!(said.contains(word), "no {word:?} in {said}");
+    }
+}
+
+fn number(case: &Value, key: &str) -> f64 {
+    case[key]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{key}: {case}"))
+}
+
+#[track_caller]
+fn close(case: &Value, key: &str, expected: f64) {
+    let off = (number(case, key) / expected - 1.0).abs();
+    assert!(off < 1e-12, "{key}: {case}");
 }
 
 const SMALL: [&str; 5] = ["--shape", "64x9", "--rounds", "3", "--json"];
@@ -77,24 +97,14 @@ fn val_figures_follow_from_the_times() {
     let cases = said["cases"].as_array().unwrap();
     assert_eq!(cases.len(), 2 * 2 * 2, "shapes, precisions, threads");
     for case in cases {
-        let number = |key: &str| {
-            case[key]
-                .as_f64()
-                .unwrap_or_else(|| panic!("{key}: {case}"))
-        };
-        let (rows, columns) = (number("rows"), number("columns"));
+        let (rows, columns) = (number(case, "rows"), number(case, "columns"));
         let times = |way: &str| numbers(&case["times_ms"][way]);
         let ours = times("cascade");
         assert_eq!(ours.len(), 3);
-        let close = |key: &str, expected: f64| {
-            assert!(
-                (number(key) / expected - 1.0).abs() < 1e-12,
-                "{key}: {case}"
-            );
-        };
-        close("median_ms", median(ours.clone()));
-        let milliseconds = number("median_ms");
+        close(case, "median_ms", median(ours.clone()));
+        let milliseconds = number(case, "median_ms");
         close(
+            case,
             "gflops",
             2.5 * rows * rows.log2() * columns / milliseconds / 1e6,
         );
@@ -108,8 +118,9 @@ fn val_figures_follow_from_the_times() {
         let bytes =
             columns * (rows + 2.0 * ((rows / 2.0).floor() + 1.0)) * if single { 4.0 } else { 8.0 };
         close(
+            case,
             "part_of_bound",
-            1e3 * bytes / number("copy_bytes_per_second") / milliseconds,
+            1e3 * bytes / number(case, "copy_bytes_per_second") / milliseconds,
         );
         for way in ["rustfft", "realfft"] {
             let quotients = times(way).iter().zip(&ours).map(|(t, o)| t / o).collect();
@@ -124,14 +135,14 @@ fn val_figures_follow_from_the_times() {
                 .unwrap()
                 .expected_error(),
         };
-        close("expected_error", error);
+        close(case, "expected_error", error);
     }
 }
 
 /// Changes the first baseline of ratios in a file.
 fn edit(place: &Place, change: impl Fn(&mut Value)) {
     let path = place.path("base.json");
-    let mut known = json(&fs::read_to_string(&path).unwrap());
+    let mut known = place.known();
     change(&mut known["ratios"][0]);
     fs::write(path, known.to_string()).unwrap();
 }
@@ -164,19 +175,13 @@ fn val_planes_and_segments_are_measured_as_columns_are() {
     let plane = (2.5 * 3200.0 * 3200_f64.log2(), 320 + 2 * 161);
     let segments = (2.5 * 256.0 * 8.0 * 30.0, 320 + 2 * 3 * 129);
     for (case, (operations, row)) in cases[1..].iter().zip([plane, segments]) {
-        let number = |key: &str| case[key].as_f64().unwrap();
-        let milliseconds = number("median_ms");
-        let close = |key: &str, expected: f64| {
-            assert!(
-                (number(key) / expected - 1.0).abs() < 1e-12,
-                "{key}: {case}"
-            );
-        };
-        close("gflops", operations / milliseconds / 1e6);
+        let milliseconds = number(case, "median_ms");
+        close(case, "gflops", operations / milliseconds / 1e6);
         let bytes = f64::from(10 * 8 * row);
         close(
+            case,
             "part_of_bound",
-            1e3 * bytes / number("copy_bytes_per_second") / milliseconds,
+            1e3 * bytes / number(case, "copy_bytes_per_second") / milliseconds,
         );
         assert!(case["expected_error"].is_null(), "{case}");
         for way in ["cascade", "rustfft", "realfft"] {
@@ -226,9 +231,7 @@ fn planes_and_segments_have_a_baseline_of_their_own() {
     assert!(said["not_compared"].is_null(), "{said}");
 
     change(Some(1e4));
-    let output = place.run(&check);
-    assert_eq!(output.status.code(), Some(1));
-    let said = String::from_utf8(output.stderr).unwrap();
+    let said = place.bad(1, &check);
     for word in ["2 of 3 cases", new[0], new[1]] {
         assert!(said.contains(word), "{word}: {said}");
     }
@@ -245,7 +248,7 @@ fn planes_and_segments_have_a_baseline_of_their_own() {
     assert_eq!(said["not_compared"], json!(new));
     // Where nothing can be compared, nothing is said to be kept.
     let said = place.bad(1, &[&["--kind", "plane"], &check[2..]].concat());
-    assert!(said.contains(new[0]) && said.contains("--record"), "{said}");
+    has(&said, &[new[0], "--record"]);
 }
 
 /// No machine is so uneven that a hundredth or the hundredfold of a ratio could be found.
@@ -261,21 +264,20 @@ fn a_loss_is_named_and_a_gain_passes() {
     assert_eq!(said["check"].as_array().unwrap().len(), 2);
 
     edit(&place, |ratios| times(&mut ratios["ratio_to_rustfft"], 1e4));
-    let output = place.run(&check);
-    assert_eq!(output.status.code(), Some(1));
-    let said = String::from_utf8(output.stderr).unwrap();
-    for word in [
-        "2 of 2 cases",
-        "base.json",
-        "64x9 f64, 1 thread: ",
-        "64x9 f32",
-        "rustfft, now",
-        "--record",
-    ] {
-        assert!(said.contains(word), "{word}: {said}");
-    }
+    let [told, said] = ends(1, &mut place.command(&check));
+    has(
+        &said,
+        &[
+            "2 of 2 cases",
+            "base.json",
+            "64x9 f64, 1 thread: ",
+            "64x9 f32",
+            "rustfft, now",
+            "--record",
+        ],
+    );
     // The table is there all the same, and four times the rounds were made.
-    let found = json(&String::from_utf8(output.stdout).unwrap());
+    let found = json(&told);
     assert_eq!(numbers(&found["cases"][0]["times_ms"]["cascade"]).len(), 12);
 }
 
@@ -286,24 +288,18 @@ fn a_baseline_of_elsewhere_does_not_count() {
     let check = [&SMALL[..], &["--check", "--baseline", "base.json"]].concat();
     let other = [&["--shape", "65x9"], &check[2..]].concat();
     let said = place.bad(1, &other);
-    assert!(
-        said.contains("65x9 f64, 1 thread; 65x9 f32, 1 thread"),
-        "{said}"
-    );
+    has(&said, &["65x9 f64, 1 thread; 65x9 f32, 1 thread"]);
     // A record anew takes the place of the old one, one of another machine stays.
     edit(&place, |ratios| {
         ratios["machine"]["cpu"] = json!("Another 9000")
     });
     let said = place.bad(1, &check);
-    assert!(
-        said.contains("has no baseline for") && said.contains("--record FILE"),
-        "{said}"
-    );
+    has(&said, &["has no baseline for", "--record FILE"]);
     assert!(!said.contains("Another 9000"), "{said}");
     for _ in 0..2 {
         place.good(&[&SMALL[..], &["--record", "base.json"]].concat());
     }
-    let known = json(&fs::read_to_string(place.path("base.json")).unwrap());
+    let known = place.known();
     assert_eq!(known["ratios"].as_array().unwrap().len(), 2);
     // One of other cases stands beside it.
     let other = [&["--shape", "65x9"], &SMALL[2..]].concat();
@@ -311,7 +307,7 @@ fn a_baseline_of_elsewhere_does_not_count() {
     edit(&place, |ratios| {
         assert_eq!(ratios["machine"]["cpu"], "Another 9000")
     });
-    let known = json(&fs::read_to_string(place.path("base.json")).unwrap());
+    let known = place.known();
     let cases = known["ratios"][1]["ratio_to_rustfft"].as_object().unwrap();
     let cases: Vec<&str> = cases.keys().map(|case| &**case).collect();
     let expected = ["64x9 f32", "64x9 f64", "65x9 f32", "65x9 f64"];
@@ -333,9 +329,7 @@ fn a_damaged_baseline_is_named() {
             &["--record", "base.json"],
         ] {
             let said = place.bad(1, &[&SMALL[..], words].concat());
-            for part in ["base.json", named, "help: "] {
-                assert!(said.contains(part), "{part}: {said}");
-            }
+            has(&said, &["base.json", named, "help: "]);
             assert_eq!(fs::read_to_string(place.path("base.json")).unwrap(), text);
         }
     }
@@ -360,18 +354,9 @@ fn what_cannot_be_is_said() {
 
 /// Runs with programs of `place` alone on the path.
 #[cfg(unix)]
-fn with_path(place: &Place, words: &[&str]) -> (Option<i32>, String, String) {
-    let mut command = assert_cmd::Command::cargo_bin("throughput").unwrap();
-    let command = command
-        .current_dir(place.folder())
-        .env("PATH", place.folder());
-    let output = command.args(words).output().unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (
-        output.status.code(),
-        text(output.stdout),
-        text(output.stderr),
-    )
+#[track_caller]
+fn with_path(place: &Place, code: i32, words: &[&str]) -> [String; 2] {
+    ends(code, place.command(words).env("PATH", place.0.path()))
 }
 
 /// A valgrind that counts 1000 instructions and for each transform 500 more, for `rustfft` 1500.
@@ -391,15 +376,15 @@ fn val_counts_are_the_difference_of_two_runs() {
 
     let place = Place::new();
     let words = ["--instructions", "--shape", "10x10", "--precision", "f64"];
-    let (code, _, said) = with_path(&place, &words);
-    assert_eq!(code, Some(1), "{said}");
-    for word in [
-        "error: cannot count instructions",
-        "valgrind",
-        "apt-get install valgrind",
-    ] {
-        assert!(said.contains(word), "{said}");
-    }
+    let [_, said] = with_path(&place, 1, &words);
+    has(
+        &said,
+        &[
+            "error: cannot count instructions",
+            "valgrind",
+            "apt-get install valgrind",
+        ],
+    );
 
     let script = place.path("valgrind");
     let executable = |text: &str| {
@@ -407,41 +392,32 @@ fn val_counts_are_the_difference_of_two_runs() {
         fs::set_permissions(&script, fs::Permissions::from_mode(0o755)).unwrap();
     };
     executable("#!/bin/sh\necho 'out of luck' >&2\nexit 3\n");
-    let (code, _, said) = with_path(&place, &words);
-    assert_eq!(code, Some(1), "{said}");
-    assert!(
-        said.contains("out of luck") && said.contains("--repeat"),
-        "{said}"
-    );
+    let [_, said] = with_path(&place, 1, &words);
+    has(&said, &["out of luck", "--repeat"]);
 
     executable(STAND_IN);
-    let (code, told, said) = with_path(&place, &[&words[..], &["--record", "base.json"]].concat());
-    assert_eq!((code, said.as_str()), (Some(0), ""));
-    assert!(
-        told.contains("5.00 ( 3.00)") && told.contains("15.00"),
-        "{told}"
-    );
-    let known = json(&fs::read_to_string(place.path("base.json")).unwrap());
+    let record = [&words[..], &["--record", "base.json"]].concat();
+    let [told, said] = with_path(&place, 0, &record);
+    assert_eq!(said, "");
+    has(&told, &["5.00 ( 3.00)", "15.00"]);
+    let known = place.known();
     let counts = &known["instructions"][0]["per_sample"];
     assert_eq!(counts["10x10 f64 portable"], 5.0);
     assert_eq!(counts["10x10 f64 rustfft"], 15.0);
 
     let check = [&words[..], &["--check", "--baseline", "base.json"]].concat();
-    let (code, _, said) = with_path(&place, &check);
-    assert_eq!(code, Some(0), "{said}");
+    with_path(&place, 0, &check);
     // Twice as fast once, so half is lost.
     let mut doubled = known.clone();
     times(&mut doubled["instructions"][0]["per_sample"], 0.5);
     fs::write(place.path("base.json"), doubled.to_string()).unwrap();
-    let (code, _, said) = with_path(&place, &check);
-    assert_eq!(code, Some(1), "{said}");
-    assert!(
-        said.contains("10x10 f64 portable: 2.500 instructions a sample, now 5.000: 50.0 % lost"),
-        "{said}"
+    let [_, said] = with_path(&place, 1, &check);
+    has(
+        &said,
+        &["10x10 f64 portable: 2.500 instructions a sample, now 5.000: 50.0 % lost"],
     );
     doubled["instructions"][0]["build"] = json!("of another kind");
     fs::write(place.path("base.json"), doubled.to_string()).unwrap();
-    let (code, _, said) = with_path(&place, &check);
-    assert_eq!(code, Some(1), "{said}");
-    assert!(said.contains("has no baseline for"), "{said}");
+    let [_, said] = with_path(&place, 1, &check);
+    has(&said, &["has no baseline for"]);
 }

@@ -42,30 +42,13 @@ fn regress_blocks_are_those_of_the_whole() {
     for (request, hop, cuts) in [
         (DividedRequest::from(welch(64, 32)), 32, vec![0, 1, 7, 30]),
         (multitaper(64).into(), 43, vec![0, 22, 23]),
-        (
-            CoherenceRequest {
-                reference: 9,
-                averaging: averaging(64, 32),
-                ..CoherenceRequest::default()
-            }
-            .into(),
-            32,
-            vec![0, 13, 14, 30],
-        ),
+        (referred(9, averaging(64, 32)), 32, vec![0, 13, 14, 30]),
     ] {
         let parts = blocks_of(whole, &request, [64, hop], &cuts);
         let one = Part::new(1, 1).unwrap();
         let expected = partial(&[whole], &request, one, &Silent).unwrap();
         let known = combined(std::slice::from_ref(&expected));
-        let as_whole = match &request {
-            DividedRequest::Spectrum(it) => {
-                spectrum_numbers(&spectrum(&[whole], it, &Silent).unwrap())
-            }
-            DividedRequest::Coherence(it) => {
-                coherence_numbers(&coherence(&[whole], it, &Silent).unwrap())
-            }
-        };
-        assert_near(&known, &as_whole);
+        assert_near(&known, &super::whole(&[whole], &request));
         assert_near(&combined(&parts), &known);
         // Joined from behind and from before.
         let behind = join(&parts[1..], None).unwrap();

@@ -41,10 +41,7 @@ fn welch(segment: usize, overlap: usize) -> SpectrumRequest {
 
 fn multitaper(segment: usize) -> SpectrumRequest {
     SpectrumRequest {
-        averaging: Averaging {
-            tapers: Tapers::Slepian { nw: 3.0, count: 4 },
-            ..averaging(segment, segment / 3)
-        },
+        averaging: slepian(segment, segment / 3, 3.0, 4),
         ..welch(segment, 0)
     }
 }
@@ -80,7 +77,12 @@ fn spectrum_numbers(found: &SpectrumEstimate) -> Vec<f64> {
     let test = found.line_test.as_ref().map(|test| &test.statistic);
     let arrays = [&found.spectrum, &found.degrees, &found.low, &found.high];
     let arrays = arrays.into_iter().chain(test).flatten();
-    arrays.chain(&found.steadiness).copied().collect()
+    let segments = found.independence.segments as f64;
+    arrays
+        .chain(&found.steadiness)
+        .chain(&[segments])
+        .copied()
+        .collect()
 }
 
 fn coherence_numbers(found: &Coherence) -> Vec<f64> {
@@ -97,69 +99,62 @@ fn coherence_numbers(found: &Coherence) -> Vec<f64> {
     numbers.chain([found.independence.steadiness]).collect()
 }
 
-#[test]
-fn regress_parts_of_spectra_are_those_of_the_whole() {
-    for (records, samples, request) in [
-        (1, 1001, welch(64, 32)),
-        (3, 777, welch(50, 17)),
-        (1, 1203, multitaper(128)),
-        (2, 501, multitaper(501)),
-        (
-            1,
-            300,
-            SpectrumRequest {
-                averaging: changed(averaging(40, 39), |it| it.detrend = Detrend::None),
-                ..welch(40, 39)
-            },
-        ),
-    ] {
-        let fields = shots(records, samples);
-        let fields: Vec<&Field> = fields.iter().collect();
-        let with_jackknife = changed(request.clone(), |it| it.has_jackknife = true);
-        let whole = spectrum(&fields, &request, &Silent).unwrap();
-        let expected = spectrum_numbers(&whole);
-        let known = spectrum(&fields, &with_jackknife, &Silent).unwrap();
-        assert_near(&spectrum_numbers(&known), &expected);
-        assert!(whole.jackknife.iter().all(|v| v.is_nan()));
-        for of in [1, 2, 3, 7] {
-            if of > records * whole.independence.segments {
-                continue;
-            }
-            let mut parts = parts_of(&fields, &request.clone().into(), of);
-            parts.rotate_left(of / 2);
-            parts.reverse();
-            let Combined::Spectrum(found) = combine(&parts, None, None).unwrap() else {
-                panic!("a spectrum");
-            };
-            assert_near(&spectrum_numbers(&found), &expected);
-            assert_eq!(found.independence.segments, whole.independence.segments);
+/// The numbers of the whole.
+fn whole(fields: &[&Field], request: &DividedRequest) -> Vec<f64> {
+    match request {
+        DividedRequest::Spectrum(it) => spectrum_numbers(&spectrum(fields, it, &Silent).unwrap()),
+        DividedRequest::Coherence(it) => {
+            coherence_numbers(&coherence(fields, it, &Silent).unwrap())
         }
     }
 }
 
-#[test]
-fn regress_parts_of_coherence_are_those_of_the_whole() {
-    let slepian = Averaging {
-        tapers: Tapers::Slepian { nw: 2.0, count: 3 },
-        ..averaging(60, 31)
+fn referred(reference: usize, averaging: Averaging) -> DividedRequest {
+    let request = CoherenceRequest {
+        reference,
+        averaging,
+        ..CoherenceRequest::default()
     };
-    for (records, samples, reference, averaging) in [
-        (1, 1001, 9, averaging(60, 31)),
-        (3, 301, 0, averaging(60, 31)),
-        (2, 501, 0, slepian),
+    request.into()
+}
+
+fn slepian(segment: usize, overlap: usize, nw: f64, count: usize) -> Averaging {
+    Averaging {
+        tapers: Tapers::Slepian { nw, count },
+        ..averaging(segment, overlap)
+    }
+}
+
+#[test]
+fn regress_parts_are_those_of_the_whole() {
+    let untouched = changed(welch(40, 39), |it| it.averaging.detrend = Detrend::None);
+    for (records, samples, request) in [
+        (1, 1001, welch(64, 32).into()),
+        (3, 777, welch(50, 17).into()),
+        (1, 1203, multitaper(128).into()),
+        (2, 501, multitaper(501).into()),
+        (1, 300, untouched.into()),
+        (1, 1001, referred(9, averaging(60, 31))),
+        (3, 301, referred(0, averaging(60, 31))),
+        (2, 501, referred(0, slepian(60, 31, 2.0, 3))),
     ] {
         let fields = shots(records, samples);
         let fields: Vec<&Field> = fields.iter().collect();
-        let request = CoherenceRequest {
-            reference,
-            averaging,
-            ..CoherenceRequest::default()
-        };
-        let expected = coherence_numbers(&coherence(&fields, &request, &Silent).unwrap());
-        for of in [1, 2, 3, 7] {
-            let mut parts = parts_of(&fields, &request.clone().into(), of);
+        let expected = whole(&fields, &request);
+        // Of two records of one segment each there are no more parts.
+        let is_whole = matches!(&request, DividedRequest::Spectrum(it) if it.averaging.segment == Some(samples));
+        let most = if is_whole { records } else { 7 };
+        for of in [1, 2, 3, 7].into_iter().filter(|of| *of <= most) {
+            let mut parts = parts_of(&fields, &request, of);
+            parts.rotate_left(of / 2);
             parts.reverse();
             assert_near(&combined(&parts), &expected);
+        }
+        if let DividedRequest::Spectrum(it) = &request {
+            let without = spectrum(&fields, it, &Silent).unwrap();
+            assert!(without.jackknife.iter().all(|v| v.is_nan()));
+            let with = changed(it.clone(), |it| it.has_jackknife = true);
+            assert_near(&whole(&fields, &with.into()), &expected);
         }
     }
 }

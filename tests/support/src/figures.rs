@@ -129,3 +129,21 @@ fn pulse() -> Field {
     field.unit = Some("m/s".into());
     field
 }
+
+/// Asserts that tags nest and close; returns the text between them.
+#[track_caller]
+pub fn well_formed(page: &str) -> String {
+    let (mut open, mut texts) = (Vec::new(), String::new());
+    for piece in page.split('<').skip(1) {
+        let (tag, text) = piece.split_once('>').expect("a tag closes");
+        let name = tag.split_whitespace().next().unwrap();
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') && !tag.starts_with('!') && name != "meta" {
+            open.push(name);
+        }
+        texts.push_str(text);
+    }
+    assert!(open.is_empty(), "{open:?} stay open");
+    texts
+}

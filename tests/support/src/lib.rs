@@ -11,6 +11,7 @@ pub mod place;
 pub mod power;
 pub mod preload;
 pub mod pulse;
+pub mod recipe;
 pub mod running;
 pub mod scenes;
 pub mod shared;
