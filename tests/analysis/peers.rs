@@ -127,7 +127,7 @@ pub fn compare(section: &str) {
         let last = ours.nrows() - 1;
         let cells = theirs.indexed_iter().filter(|((m, _), b)| {
             let is_end = *m == 0 || *m == last;
-            !b.is_nan() && !(is_end && which != "all")
+            !(b.is_nan() || is_end && which != "all")
         });
         let all = cells.clone().count();
         let cells = cells.filter(|(cell, _)| which != "stated" || !ours[*cell].is_nan());

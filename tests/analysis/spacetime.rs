@@ -50,7 +50,8 @@ fn val_intervals_of_white_noise_hold() {
             let found = found(words, noise.white(times, sites));
             let [_, degrees, _] = found.degrees_range().unwrap();
             near(degrees / expected, 1.0, 0.07);
-            let [low, high] = [&found.low, &found.high].map(|ends| ends.slice(s![4..-4, ..]));
+            let [low, high] =
+                [&found.low, &found.high].map(|ends| ends.slice(s![4..ends.nrows() - 4, ..]));
             let is_inside = |(low, high): (&f64, &f64)| *low < truth && truth < *high;
             low.iter().zip(high).map(is_inside).collect::<Vec<_>>()
         });

@@ -222,8 +222,9 @@ fn val_identity_sharp_filter_beside_the_spectral_flux() {
     let apart = |i: usize| low(LargeArray::ENERGY_SPECTRUM, i) - coarse(i);
     let (mut sums, mut gap, start) = ([0.0; 2], 0f64, apart(0));
     for i in 1..=8000 {
-        for of in 0..2 {
-            sums[of] += 0.5 * run.time[1] * (rates(i - 1)[of] + rates(i)[of]);
+        let (before, now) = (rates(i - 1), rates(i));
+        for (of, sum) in sums.iter_mut().enumerate() {
+            *sum += 0.5 * run.time[1] * (before[of] + now[of]);
         }
         if i % 500 == 0 {
             let [scale, spectral] = sums;

@@ -43,7 +43,7 @@ fn val_energy_of_alpha_chains_by_wavenumber() {
         assert!((found.energy / energy - 1.0).abs() < 1e-14);
         let scale = largest(&found.change);
         assert!(scale > 0.05 * energy);
-        let off = largest(&found.unexplained()) / scale;
+        let off = largest(found.unexplained()) / scale;
         // The trapezoid rule over the samples.
         assert!((1e-9..2e-6).contains(&off), "{period}: {off:e}");
         let stated = found.sampling_error / scale;
@@ -65,7 +65,7 @@ fn val_waves_that_add_up_to_a_turn() {
     let of_six = found.umklapp[[4, 6]];
     assert!(of_six.abs() > 1e-3 * found.energy);
     assert!((found.umklapp[[6, 6]] + of_six).abs() < 1e-12 * of_six.abs());
-    let off = largest(&found.unexplained()) / largest(&found.change);
+    let off = largest(found.unexplained()) / largest(&found.change);
     assert!((1e-7..1e-4).contains(&off), "{off:e}");
 }
 
@@ -80,7 +80,7 @@ fn val_expansion_of_pressed_contacts() {
         // F = delta^1.5 about 1.
         let law = found.law;
         assert!((law.linear - 1.5).abs() < 1e-15 && (law.quadratic - 0.375).abs() < 1e-15);
-        let off = largest(&found.unexplained()) / largest(&found.gained);
+        let off = largest(found.unexplained()) / largest(&found.gained);
         assert!(off < 2e-4, "{off:e}");
         assert!(found.is_quadratic());
         found.share_beyond()

@@ -99,7 +99,7 @@ fn val_identity_moved_bodies_of_a_ring() {
         let turned = ndarray::indices((5, 8))
             .into_iter()
             .map(|(i, j)| middle[[i, (j + 11 - site) % 8]]);
-        let off = apart(&of(site), turned);
+        let off = apart(of(site), turned);
         assert!(off < 1e-11, "{site}: {off:e}");
     }
 }

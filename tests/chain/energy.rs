@@ -92,7 +92,7 @@ fn val_scaling_of_the_amplitude() {
     };
     let unit = of(1.0);
     for exponent in [-12, -3, 5, 12] {
-        let off = apart(&of(10f64.powi(exponent)), &unit);
+        let off = apart(of(10f64.powi(exponent)), &unit);
         assert!(off < 1e-10, "1e{exponent}: {off:e}");
     }
 }

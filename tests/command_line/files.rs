@@ -32,7 +32,8 @@ fn writable(place: &Place) -> File {
 fn regress_a_field_that_changes_while_it_is_read_gives_no_result() {
     let place = Place::new();
     sparse(&place, "other.npy", 40_000, 400);
-    let changes: [(fn(&Place), [&str; 2]); 5] = [
+    type Change = fn(&Place);
+    let changes: [(Change, [&str; 2]); 5] = [
         (
             |place| fs::rename(place.path("other.npy"), place.path("long.npy")).unwrap(),
             [

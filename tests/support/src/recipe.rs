@@ -8,8 +8,11 @@ use crate::measured::Normal;
 /// A formula that was read: of the values of its variables.
 pub type Function = Arc<dyn Fn(&[f64]) -> f64 + Send + Sync>;
 
+type OfTwo = fn(f64, f64) -> f64;
+type OfOne = fn(f64) -> f64;
+
 /// Operators, how strongly they bind, and what they make; `<` makes 1 or 0.
-const BETWEEN: [(&str, u8, fn(f64, f64) -> f64); 7] = [
+const BETWEEN: [(&str, u8, OfTwo); 7] = [
     ("<", 0, |a, b| f64::from(u8::from(a < b))),
     ("+", 1, |a, b| a + b),
     ("-", 1, |a, b| a - b),
@@ -22,7 +25,7 @@ const BETWEEN: [(&str, u8, fn(f64, f64) -> f64); 7] = [
 /// Between those of products and of powers: `-k^2` is `-(k^2)`.
 const SIGN: u8 = 3;
 
-const OF_ONE: [(&str, fn(f64) -> f64); 7] = [
+const OF_ONE: [(&str, OfOne); 7] = [
     ("sqrt", f64::sqrt),
     ("abs", f64::abs),
     ("sin", f64::sin),
