@@ -339,11 +339,8 @@ impl Table<'_> {
         };
         let doubt = |reason: &str| {
             let expected = format!("a first column of samples or of {what}");
-            Err(Fault::expected(
-                expected,
-                format!("one that {reason}"),
-                advice,
-            ))
+            let found = format!("one that {reason}");
+            Err(Fault::expected(expected, found, advice))
         };
         let rises = |values: &[f64]| values.is_sorted() && values.first() < values.last();
         let Ok(even) = Coordinates::fit(&first, self.rounding) else {

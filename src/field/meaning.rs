@@ -260,24 +260,3 @@ pub(super) fn of_unit(unit: &str) -> Option<Quantity> {
         _ => None,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_unit_names_its_quantity() {
-        for (units, quantity) in [
-            ("m/s|mm/s|m s-1|m s**-1|\u{b5}m/s", Some(Quantity::Velocity)),
-            ("m/s^2|g", Some(Quantity::Acceleration)),
-            ("nm", Some(Quantity::Displacement)),
-            ("strain/s", Some(Quantity::StrainRate)),
-            ("kN", Some(Quantity::Force)),
-            ("Pa|counts", None),
-        ] {
-            for unit in units.split('|') {
-                assert_eq!(of_unit(unit), quantity, "{unit}");
-            }
-        }
-    }
-}

@@ -440,32 +440,24 @@ const READ: &str = "NumPy (.npy, .npz), text (.csv, .tsv, .txt), HDF5, NetCDF, M
 const RENAME: &str =
     "the file is damaged, or its name is of another format: rename it, or write it again";
 
+const UNZSTD: &str = "unpack it with `unzstd`";
+
+const FROM_PARQUET: &str =
+    "save it as CSV: `pandas.read_parquet(path).to_csv(\"field.csv\", index=False)`";
+
+const FROM_WAV: &str = "convert it in Python, one channel a site: `rate, v = scipy.io.wavfile.read(path); \
+                        numpy.save(\"field.npy\", v.astype(float))`, and state `--rate`";
+
 /// First bytes of formats that are not read, or were not read as such, how messages call them and what to do.
 const FOREIGN: [(&[u8], [&str; 2]); 8] = [
     (b"MATLAB 7.3 MAT-file", ["a MATLAB file", RENAME]),
     (b"MATLAB 5.0 MAT-file", ["a MATLAB file", RENAME]),
     (b"\x89HDF\r\n\x1a\n", ["an HDF5 file", RENAME]),
     (b"\x1f\x8b", ["a gzip file", "unpack it with `gunzip`"]),
-    (
-        b"\x28\xb5\x2f\xfd",
-        ["a zstd file", "unpack it with `unzstd`"],
-    ),
+    (b"\x28\xb5\x2f\xfd", ["a zstd file", UNZSTD]),
     (b"CDF", ["a NetCDF file", RENAME]),
-    (
-        b"PAR1",
-        [
-            "a Parquet file",
-            "save it as CSV: `pandas.read_parquet(path).to_csv(\"field.csv\", index=False)`",
-        ],
-    ),
-    (
-        b"RIFF",
-        [
-            "a WAV file",
-            "convert it in Python, one channel a site: `rate, v = scipy.io.wavfile.read(path); \
-             numpy.save(\"field.npy\", v.astype(float))`, and state `--rate`",
-        ],
-    ),
+    (b"PAR1", ["a Parquet file", FROM_PARQUET]),
+    (b"RIFF", ["a WAV file", FROM_WAV]),
 ];
 
 /// Of a file with this extension (lower case) and these first bytes that is in one of them.

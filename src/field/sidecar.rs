@@ -175,23 +175,3 @@ fn typed<S: Serializer, D: Dimension>(
         None => serializer.serialize_none(),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_written_is_read_back() {
-        let sidecar = Sidecar {
-            layout: Some(Layout::SiteTime),
-            dt: Some(0.05.into()),
-            t0: Measure::parse("-3 ms"),
-            time_unit: Some("s".into()),
-            quantity: Some(Quantity::StrainRate),
-            ..Sidecar::default()
-        };
-        let text = toml::to_string(&sidecar).unwrap();
-        assert_eq!(Sidecar::parse(&text), Ok(sidecar));
-        assert!(!text.contains("dx"));
-    }
-}

@@ -345,10 +345,6 @@ pub(super) fn contradiction(what: &'static str, first: String, second: String) -
         "unit of the samples" => "state the right one with `--unit`",
         _ => "correct the file, or save the samples apart",
     };
-    Fault::expected(
-        format!("one {what}"),
-        format!("{first} and {second}"),
-        advice,
-    )
-    .into()
+    let found = format!("{first} and {second}");
+    Fault::expected(format!("one {what}"), found, advice).into()
 }

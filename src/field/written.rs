@@ -25,11 +25,8 @@ pub(crate) fn check_written(
         Some(hash) if *hash != array_hash(values) => {
             let expected = format!("the values of `{what}` that were written");
             let advice = "make it anew with `cascade simulate`; other velocities are a field, to be saved as an `.npy` of its own";
-            Err(Fault::expected(
-                expected,
-                "others: its hash differs",
-                advice,
-            ))
+            let found = "others: its hash differs";
+            Err(Fault::expected(expected, found, advice))
         }
         _ => Ok(()),
     }

@@ -137,8 +137,6 @@ pub(super) fn unresolved(
     found: impl Into<String>,
 ) -> Error {
     let (expected, found) = (expected.into(), found.into());
-    Error::Unresolved(Fault::new(
-        format!("{what}: expected {expected}, found {found}"),
-        "",
-    ))
+    let said = format!("{what}: expected {expected}, found {found}");
+    Error::Unresolved(Fault::new(said, ""))
 }

@@ -90,17 +90,13 @@ pub(super) fn of(
     let share = |e: &Estimate| e.value.abs() / e.error;
     let reached = forces.filter(|force| force.value != 0.0);
     let strongest = reached.max_by(|a, b| share(a).total_cmp(&share(b)));
-    for (what, found) in [
-        ("the total energy", Some(worst)),
-        ("the total energy", Some(given)),
-        ("the force in every contact, at best", strongest),
-    ] {
+    let energies = [worst, given].map(|it| ("the total energy", Some(it)));
+    let force = ("the force in every contact, at best", strongest);
+    for (what, found) in energies.into_iter().chain([force]) {
         if !found.is_some_and(|found| found.is_resolved()) {
-            let (signal, error) =
-                found.map_or((0.0, 0.0), |found| (found.value.abs(), found.error));
-            let said = format!(
-                "{what}: expected more than twice its standard error {error:.3e}, found {signal:.3e}"
-            );
+            let [signal, error] = found.map_or([0.0; 2], |found| [found.value.abs(), found.error]);
+            let twice = "expected more than twice its standard error";
+            let said = format!("{what}: {twice} {error:.3e}, found {signal:.3e}");
             let advice = "average repeated records, record longer before the impact, or state which channels are too \
                 noisy to use as missing; an offset of the velocity grows with time, so a shorter record may do";
             return Err(Error::Unresolved(Fault::new(said, advice)));

@@ -265,16 +265,11 @@ impl<'a> Beside<'a> {
             && others.is_empty()
             && let Some(&(_, i, found)) = self.lists.iter().find(is_other)
         {
-            let (axis, advice) = match is_time {
-                true => (
-                    "time",
-                    "check `--layout`, or state `--t0` and `--dt` in their place",
-                ),
-                false => (
-                    "space",
-                    "check `--layout`, or state `--x0` and `--dx` in their place",
-                ),
+            let (axis, options) = match is_time {
+                true => ("time", "`--t0` and `--dt`"),
+                false => ("space", "`--x0` and `--dx`"),
             };
+            let advice = format!("check `--layout`, or state {options} in their place");
             let fault = Fault::expected(format!("{len} {axis} coordinates"), found, advice);
             return Err(InputFault::from(fault).within(&path(i)));
         }
@@ -474,10 +469,8 @@ fn nearest(
 ) -> Result<(u64, Option<Note>), Fault> {
     let refuse = |expected: String| {
         let advice = "`cascade inspect FILE` lists the dimensions with their values";
-        Fault::new(
-            format!("{name}: expected {expected}, found {label}"),
-            advice,
-        )
+        let said = format!("{name}: expected {expected}, found {label}");
+        Fault::new(said, advice)
     };
     let by_number = |value: f64| {
         let is_index = value.fract() == 0.0 && (0.0..len as f64).contains(&value);

@@ -289,29 +289,3 @@ fn of_table(table: &Path, paths: &[PathBuf]) -> Result<Positions> {
         rounding: roundings.into_iter().fold(f64::INFINITY, f64::min),
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_of_a_name() {
-        for (name, expected) in [
-            ("x=12.5mm", "x 12.5 mm"),
-            ("scan-007", "scan 7 "),
-            ("pos_-3.25_v2", "pos -3.25 ; v 2 "),
-            ("x=1e-3m", "x 0.001 m"),
-            ("x1", "x 1 "),
-            ("20260101_003", "1 20260101 ; 2 3 "),
-            ("hammer", ""),
-        ] {
-            let (_, numbers) = numbers_in(name);
-            let one = |of: &NamedNumber| {
-                let unit = of.unit.as_deref().unwrap_or_default();
-                format!("{} {} {unit}", of.name, of.value)
-            };
-            let found: Vec<String> = numbers.iter().map(one).collect();
-            assert_eq!(found.join("; "), expected, "{name}");
-        }
-    }
-}
