@@ -8,7 +8,6 @@ use wavecascade::arrays::Precision;
 use wavecascade::plot::{Format, Style};
 use wavecascade::prepare::{Detrend, Gaps, Window};
 use wavecascade::report::{Provenance, sheet_html};
-use wavecascade::sheet::Describe;
 use wavecascade::{Field, analyze};
 
 fn field() -> Field {
@@ -43,10 +42,7 @@ fn requests() -> Vec<Request> {
     vec![plain, welch, single]
 }
 
-/// What is found: the bits of all arrays, and what is said of them.
-type Found = (Vec<u64>, String);
-
-fn bits(spectra: &Spectra, analysis: &Analysis) -> Found {
+fn bits(spectra: &Spectra, analysis: &Analysis) -> Vec<u64> {
     let arrays = [
         &spectra.temporal,
         &spectra.spatial,
@@ -54,12 +50,43 @@ fn bits(spectra: &Spectra, analysis: &Analysis) -> Found {
         &spectra.flux_surrogate,
     ];
     let large = arrays.into_iter().flatten().flatten().copied();
-    let sheet = analysis.describe();
-    let small = sheet.variables.iter().flat_map(|of| of.values.iter());
-    let said = ["parseval", "direction", "moved", "low_high"];
-    let said = said.map(|name| sheet.numbers[name].to_string());
-    let all = large.chain(small.copied());
-    (all.map(f64::to_bits).collect(), said.concat())
+    let along = [&analysis.along_space, &analysis.along_time];
+    let small = along.into_iter().flatten().flat_map(|m| {
+        [
+            &m.centroid,
+            &m.bandwidth,
+            &m.effective_bandwidth,
+            &m.entropy,
+            &m.participation,
+            &m.median,
+            &m.quantile_90,
+            &m.energy,
+            &m.high_share,
+        ]
+        .into_iter()
+        .flatten()
+        .copied()
+    });
+    let front = analysis.front.iter();
+    let front = front.flat_map(|f| f.arrival.iter().chain(&f.high_share).copied());
+    let small = small.chain(front);
+    let d = analysis.direction.map(|d| [d.toward_plus_x, d.undirected]);
+    let p = analysis.parseval;
+    let scalars = d
+        .into_iter()
+        .flatten()
+        .chain(p.time)
+        .chain(p.space)
+        .chain(p.spacetime);
+    let short = analysis.short_time.iter().flat_map(|s| &s.spectra);
+    let short = short.flat_map(|one| one.values.iter().copied());
+    let by_frequency = analysis.direction_by_frequency.iter().flatten().flatten();
+    let small = small.chain(short).chain(by_frequency.copied());
+    large
+        .chain(small)
+        .chain(scalars)
+        .map(f64::to_bits)
+        .collect()
 }
 
 /// Also where the field is read ahead, and the transforms between the halves of the space-time
@@ -70,7 +97,7 @@ fn one_block_and_many_agree_bit_for_bit() -> Result<(), wavecascade::Error> {
     let (n_times, n_sites) = (1201, 701);
     let field = field_of((n_times, n_sites));
     for request in requests() {
-        let run = |memory| -> Result<(Found, wavecascade::analyze::Plan), wavecascade::Error> {
+        let run = |memory| -> Result<(Vec<u64>, wavecascade::analyze::Plan), wavecascade::Error> {
             let request = Request {
                 memory: Some(memory),
                 threads: Some(2),
@@ -148,7 +175,7 @@ fn the_order_of_samples_that_are_read_ahead_does_not_matter() -> Result<(), wave
             let run = |memory| analyze(&field, &request(memory)).map(|(a, s)| bits(&s, &a));
             Ok([run(4 << 30)?, in_least_memory(run)?])
         });
-        let [by_time, by_site]: [Result<[Found; 2], wavecascade::Error>; 2] = found;
+        let [by_time, by_site]: [Result<[Vec<u64>; 2], wavecascade::Error>; 2] = found;
         let [[by_time, first], [by_site, second]] = [by_time?, by_site?];
         assert!(by_time == first && by_time == by_site && by_time == second);
     }
