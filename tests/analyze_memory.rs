@@ -6,12 +6,17 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ndarray::Array2;
+use ndarray_npy::write_npy;
+use test_support::changed;
+use test_support::fields::TEMPORAL;
+use test_support::made::values;
 use wavecascade::analyze::{Request, filtered, plan, run};
 use wavecascade::arrays::Nowhere;
 use wavecascade::estimates::{
     Averaging, CoherenceRequest, DividedRequest, Part, Partial, SpectrumRequest, Tapers, coherence,
     combine, join, partial, spectrum,
 };
+use wavecascade::field::OpenOptions;
 use wavecascade::observer::Silent;
 use wavecascade::transform::Passband;
 use wavecascade::{Error, Field};
@@ -20,12 +25,15 @@ struct Counting;
 
 static HELD: AtomicUsize = AtomicUsize::new(0);
 static MOST: AtomicUsize = AtomicUsize::new(0);
+/// Bytes of the largest piece of memory asked for.
+static LARGEST: AtomicUsize = AtomicUsize::new(0);
 
 // SAFETY: all is left to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         let held = HELD.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
         MOST.fetch_max(held, Ordering::Relaxed);
+        LARGEST.fetch_max(layout.size(), Ordering::Relaxed);
         // SAFETY: the caller's.
         unsafe { System.alloc(layout) }
     }
@@ -74,8 +82,7 @@ fn no_more_is_held_than_the_plan_says() {
         (65_536, 24),
         (500, 1000),
     ] {
-        let value = |(n, j): (usize, usize)| ((n * 31 + j * 7) as f64).sin();
-        let field = Field::from_array(Array2::from_shape_fn((n_times, n_sites), value));
+        let field = field((n_times, n_sites));
         for threads in [1, 2, 5] {
             let request = |memory| Request {
                 threads: Some(threads),
@@ -90,16 +97,14 @@ fn no_more_is_held_than_the_plan_says() {
             }
             for allowed in [4 << 30, least] {
                 let planned = plan(&field, &request(allowed)).unwrap();
-                let before = HELD.load(Ordering::Relaxed);
-                MOST.store(before, Ordering::Relaxed);
-                run(&field, &planned, &Nowhere, &Silent).unwrap();
-                let allocated = MOST.load(Ordering::Relaxed) - before;
+                let (allocated, ran) = taken(|| run(&field, &planned, &Nowhere, &Silent));
+                ran.unwrap();
                 // The field, which was there before, and what pages of their own are asked for.
                 let between = match planned.scratch_file {
                     0 => 16 * (n_times / 2 + 1) * n_sites,
                     _ => 0,
                 };
-                let held = (allocated + between + 8 * n_times * n_sites) as u64;
+                let held = allocated + (between + 8 * n_times * n_sites) as u64;
                 let case = format!("{n_times} x {n_sites}, {threads} threads, {allowed} allowed");
                 let needed = planned.memory_needed;
                 assert!(needed <= allowed, "{case}: {needed}");
@@ -135,28 +140,24 @@ const SLEPIAN: Tapers = Tapers::Slepian { nw: 3.0, count: 5 };
 #[test]
 fn parts_hold_no_more_than_is_counted() {
     let _alone = alone();
-    let of_spectrum = |shape, averaging| {
-        let request = SpectrumRequest {
-            averaging,
-            has_jackknife: false,
-            ..SpectrumRequest::default()
-        };
-        (shape, DividedRequest::from(request))
+    let of_spectrum = |segment, tapers| -> DividedRequest {
+        let default = SpectrumRequest::default();
+        changed(default, |it| {
+            (it.averaging, it.has_jackknife) = (averaging(segment, tapers), false);
+        })
+        .into()
     };
-    let coherence = |shape, averaging| {
-        let request = CoherenceRequest {
-            averaging,
-            ..CoherenceRequest::default()
-        };
-        (shape, DividedRequest::from(request))
+    let coherence = |segment, tapers| -> DividedRequest {
+        let averaging = averaging(segment, tapers);
+        changed(CoherenceRequest::default(), |it| it.averaging = averaging).into()
     };
     let hann = || Averaging::default().tapers;
     let off = RefCell::new(Vec::new());
-    for (records, parts, (shape, request)) in [
-        (1, 4, of_spectrum((6000, 50), averaging(500, hann()))),
-        (3, 4, of_spectrum((3000, 50), averaging(500, SLEPIAN))),
-        (1, 4, coherence((6000, 50), averaging(500, hann()))),
-        (3, 2, coherence((8000, 9), averaging(4000, SLEPIAN))),
+    for (records, shape, parts, request) in [
+        (1, (6000, 50), 4, of_spectrum(500, hann())),
+        (3, (3000, 50), 4, of_spectrum(500, SLEPIAN)),
+        (1, (6000, 50), 4, coherence(500, hann())),
+        (3, (8000, 9), 2, coherence(4000, SLEPIAN)),
     ] {
         let fields = vec![field(shape); records];
         let fields: Vec<&Field> = fields.iter().collect();
@@ -259,13 +260,12 @@ fn a_spectrum_holds_no_more_than_is_counted() {
 #[test]
 fn a_filter_takes_what_it_is_allowed() {
     let _alone = alone();
-    let value = |(n, j): (usize, usize)| ((n * 31 + j * 7) as f64).sin();
     for (shape, pad) in [
         ((20_011, 120), false),
         ((8192, 256), true),
         ((300, 4001), false),
     ] {
-        let field = Field::from_array(Array2::from_shape_fn(shape, value));
+        let field = field(shape);
         let band = Passband {
             frequency: Some((0.1, 0.2)),
             ..Passband::default()
@@ -283,13 +283,62 @@ fn a_filter_takes_what_it_is_allowed() {
             );
             let is_at_once = allowed > 3 * size;
             assert!(most < 2 * size || pad || is_at_once, "{most} for {shape:?}");
-            let all = |field: &Field| {
-                let mut out = vec![0.0; shape.0 * shape.1];
-                field.read_time_major(0..shape.0, 0..shape.1, &mut out);
-                out
-            };
-            assert_eq!(all(&whole.field), all(&found.field));
+            assert_eq!(values(&whole.field), values(&found.field));
             assert_eq!(whole.energy_after, found.energy_after);
         }
     }
+}
+
+/// Of samples that are decoded, only the sites asked for: no piece is as large as one profile.
+#[test]
+fn only_sites_that_are_asked_for_are_decoded() {
+    let _alone = alone();
+    let (n_times, n_sites) = (9, 1 << 18);
+    let value = |n: usize, j: usize| (n * 1009 + j * 31) as f32 % 7.0 - 3.0;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wide.npy");
+    let mut samples = Array2::from_shape_fn((n_times, n_sites), |(n, j)| value(n, j));
+    // Beside what is asked for nobody looks; there, a gap is found in its place.
+    samples[[4, 99]] = f32::NAN;
+    samples[[6, 1000]] = f32::INFINITY;
+    write_npy(&path, &samples).unwrap();
+    let field = Field::open(&path, &OpenOptions::default()).unwrap();
+    let request = |sites: std::ops::Range<usize>| Request {
+        results: TEMPORAL,
+        sites: Some(sites),
+        threads: Some(2),
+        memory: Some(1 << 30),
+        ..Request::default()
+    };
+    LARGEST.store(0, Ordering::Relaxed);
+    let narrow = request(100..110);
+    let narrow = plan(&field, &narrow).unwrap();
+    let found = run(&field, &narrow, &Nowhere, &Silent).unwrap();
+    let largest = LARGEST.load(Ordering::Relaxed);
+    assert!(largest < 4 * n_sites, "{largest}");
+    let highest = (0..n_times).flat_map(|n| (100..110).map(move |j| value(n, j)));
+    let highest = highest.fold(f32::MIN, f32::max);
+    let seen = found.field_map.unwrap().values;
+    let seen = seen.iter().copied().fold(f32::MIN, f32::max);
+    assert_eq!(seen, highest);
+
+    let wide = plan(&field, &request(990..1010)).unwrap();
+    let error = run(&field, &wide, &Nowhere, &Silent).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            Error::NonFinite {
+                count: 1,
+                first: (6, 1000),
+                sites: 1,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    // What the threads take for two times of all sites is part of every plan.
+    let request = request(0..n_sites);
+    let needed = |field| plan(field, &request).unwrap().memory_needed;
+    let stored = Field::from_array(samples.mapv(f64::from));
+    assert_eq!(needed(&field), needed(&stored));
 }

@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use ndarray::{Array2, azip};
+use ndarray::Array2;
+use test_support::fields::noise;
+use test_support::{changed, worst};
 use wavecascade::transform::{Passband, SpaceTimeFilter, Travelling};
 
 const SHAPE: (usize, usize) = (120, 50);
@@ -33,24 +35,10 @@ fn filtered(values: &Array2<f64>, band: &Passband) -> Array2<f64> {
     filter.apply(values.view(), STEPS, band).unwrap()
 }
 
-fn largest_difference(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
-    let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs());
-    apart.fold(0.0, f64::max)
-}
-
+#[track_caller]
 fn same(a: &Array2<f64>, b: &Array2<f64>, bound: f64) {
-    let apart = largest_difference(a, b);
+    let apart = worst((a - b).iter().map(|v| v.abs()));
     assert!(apart < bound, "{apart:e}");
-}
-
-fn noise(shape: (usize, usize)) -> Array2<f64> {
-    let mut state = 7_u64;
-    Array2::from_shape_simple_fn(shape, || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    })
 }
 
 #[test]
@@ -61,34 +49,22 @@ fn val_plane_waves_pass_where_they_lie() {
     let all = &slow + &fast + &back;
     let speed = |m: i32, q: i32| TAU * frequency(m) / wavenumber(q).abs();
     let near = |x: f64| Some((0.99 * x, 1.01 * x));
-    let of = |band: Passband| filtered(&all, &band);
-    let by_frequency = of(Passband {
-        frequency: Some((0.0, frequency(6))),
-        ..Passband::default()
-    });
-    same(&by_frequency, &slow, 2e-15);
-    let by_wavenumber = of(Passband {
-        wavenumber: near(wavenumber(4)),
-        ..Passband::default()
-    });
-    same(&by_wavenumber, &fast, 2e-15);
-    let by_speed = of(Passband {
-        speed: near(speed(20, 9)),
-        ..Passband::default()
-    });
-    same(&by_speed, &back, 2e-15);
-    let by_direction = of(Passband {
-        travelling: Travelling::TowardPlusX,
-        ..Passband::default()
-    });
-    same(&by_direction, &(&slow + &fast), 3e-15);
+    let passes = |change: &dyn Fn(&mut Passband), expected: &Array2<f64>, bound| {
+        let band = changed(Passband::default(), change);
+        same(&filtered(&all, &band), expected, bound);
+    };
+    passes(&|it| it.frequency = Some((0.0, frequency(6))), &slow, 2e-15);
+    passes(&|it| it.wavenumber = near(wavenumber(4)), &fast, 2e-15);
+    passes(&|it| it.speed = near(speed(20, 9)), &back, 2e-15);
+    let toward = |it: &mut Passband| it.travelling = Travelling::TowardPlusX;
+    passes(&toward, &(&slow + &fast), 3e-15);
 }
 
 /// Even and odd lengths; energies add, since the parts share no bin.
 #[test]
 fn directions_add_up_to_the_field() {
     for shape in [(120, 50), (121, 49), (64, 1), (1, 30), (251, 22)] {
-        let values = noise(shape);
+        let values = 0.1 * noise(shape.0, shape.1);
         let mut sum = Array2::<f64>::zeros(shape);
         let mut energy = 0.0;
         for travelling in [
@@ -96,16 +72,12 @@ fn directions_add_up_to_the_field() {
             Travelling::TowardMinusX,
             Travelling::Nowhere,
         ] {
-            let band = Passband {
-                travelling,
-                ..Passband::default()
-            };
+            let band = changed(Passband::default(), |it| it.travelling = travelling);
             let part = filtered(&values, &band);
             energy += part.iter().map(|v| v * v).sum::<f64>();
-            azip!((s in &mut sum, p in &part) *s += p);
+            sum += &part;
         }
-        let apart = largest_difference(&sum, &values);
-        assert!(apart < 2e-15, "{shape:?}: {apart:e}");
+        same(&sum, &values, 2e-15);
         let whole: f64 = values.iter().map(|v| v * v).sum();
         let residual = energy / whole - 1.0;
         assert!(residual.abs() < 3e-14, "{shape:?}: {residual:e}");
@@ -117,10 +89,7 @@ fn directions_add_up_to_the_field() {
 #[test]
 fn bands_that_end_before_they_begin_are_refused() {
     for band in [(2.0, 1.0), (-1.0, 1.0), (f64::NAN, 1.0)] {
-        let band = Passband {
-            speed: Some(band),
-            ..Passband::default()
-        };
+        let band = changed(Passband::default(), |it| it.speed = Some(band));
         let filter = SpaceTimeFilter::<f64>::new((8, 4));
         let refused = filter.apply(Array2::zeros((8, 4)).view(), STEPS, &band);
         assert!(refused.is_err());

@@ -27,11 +27,8 @@ const CASES: [&str; 13] = [
 ];
 
 fn result(words: &str) -> &str {
-    let is_it = |word: &&str| {
-        ["result", "part.", "run."]
-            .iter()
-            .any(|of| word.starts_with(of))
-    };
+    let all = ["result", "part.", "run."];
+    let is_it = |word: &&str| all.iter().any(|of| word.starts_with(of));
     words.split(' ').find(is_it).unwrap()
 }
 
@@ -154,18 +151,24 @@ fn inputs_of_cases() -> Place {
     place
 }
 
+/// The words of a case that begins with its inputs, and with its result to replace.
+fn begun<'a>(place: &Place, inputs: &Files, case: &'a str, has_older: bool) -> Vec<&'a str> {
+    restore(place.folder(), inputs);
+    let mut words: Vec<&str> = case.split(' ').collect();
+    if has_older {
+        place.good(&words);
+        words.push("--force");
+    }
+    words
+}
+
 #[test]
 fn regress_any_call_may_fail() {
     let place = inputs_of_cases();
     let inputs = files(place.folder());
     for case in &CASES {
         for has_older in [false, true] {
-            restore(place.folder(), &inputs);
-            let mut words: Vec<&str> = case.split(' ').collect();
-            if has_older {
-                place.good(&words);
-                words.push("--force");
-            }
+            let words = begun(&place, &inputs, case, has_older);
             let count = each_failure(&place, &words, |failed| {
                 let Failed { said, context, .. } = failed;
                 let found = files(place.folder());
@@ -196,8 +199,7 @@ fn regress_any_request_for_memory_may_be_refused() {
     let inputs = files(place.folder());
     let mut count = 0;
     for case in &CASES {
-        restore(place.folder(), &inputs);
-        let words: Vec<&str> = case.split(' ').collect();
+        let words = begun(&place, &inputs, case, false);
         let Some((output, asked)) = preload::refusing(&place, &words, None) else {
             return;
         };
@@ -253,19 +255,15 @@ fn regress_work_in_parts_goes_on_after_any_call_failed() {
     let place = inputs_of_cases();
     let inputs = files(place.folder());
     for (words, table) in PARTS {
-        let words: Vec<&str> = words.split(' ').collect();
-        restore(place.folder(), &inputs);
+        let words = begun(&place, &inputs, words, false);
         let count = each_failure(&place, &words, |Failed { context, whole, .. }| {
             has_no_partial(&paths(place.folder()), context);
             again(&place, &words, context);
             let table = place.path(table).display().to_string();
             let found = files(place.folder());
             assert_eq!(found[&table], whole[&table], "{context}");
-            assert!(
-                found.keys().eq(whole.keys()),
-                "{context}: {:?}",
-                found.keys()
-            );
+            let (found, whole) = (found.keys(), whole.keys());
+            assert!(found.clone().eq(whole), "{context}: {found:?}");
         });
         match count {
             Some(count) => assert!(count > 20, "{words:?}: {count}"),
@@ -289,18 +287,14 @@ fn regress_several_fields_are_whole_after_any_call_failed() {
         };
         for field in &fields {
             let (found, whole) = (paths(field), of(field));
-            assert!(
-                !whole.is_empty() && (found.is_empty() || found == whole),
-                "{context}: {found:?}"
-            );
+            let is_whole = found.is_empty() || found == whole;
+            assert!(!whole.is_empty() && is_whole, "{context}: {found:?}");
         }
         if place.path("result/index.json").exists() {
             let listed = place.json("result/index.json").to_string();
             let is_listed = |name: &&str| listed.contains(&format!("\"name\":\"{name}\""));
-            assert!(
-                ["wave", "chain.npz"].iter().any(is_listed),
-                "{context}: {listed}"
-            );
+            let is_any = ["wave", "chain.npz"].iter().any(is_listed);
+            assert!(is_any, "{context}: {listed}");
         }
         again(&place, &[&words[..], &["--force"]].concat(), context);
         for field in &fields {
@@ -321,12 +315,7 @@ fn regress_a_power_cut_leaves_the_old_or_the_new_result() {
         if ["part.npy", "part.csv"].contains(&result(case)) {
             continue;
         }
-        restore(place.folder(), &inputs);
-        let mut words: Vec<&str> = case.split(' ').collect();
-        if has_older {
-            place.good(&words);
-            words.push("--force");
-        }
+        let words = begun(&place, &inputs, case, has_older);
         let Some((output, record)) = preload::run(&place, &words, None) else {
             return;
         };

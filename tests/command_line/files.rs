@@ -3,11 +3,11 @@
 
 use std::fs::{self, File};
 use std::os::unix::fs::FileExt;
-use std::process::{Child, Command};
+use std::process::Child;
 
 use test_support::contains_all;
-use test_support::place::{NO_CONFIGURATION, Place, program, text};
-use test_support::running::{partial, sparse, start, wait_for};
+use test_support::place::{Place, text};
+use test_support::running::{partial, shell, sparse, start, wait_for};
 
 /// Begins an analysis of `long.npy`, and waits until its passes begin.
 fn begun(place: &Place, options: &[&str]) -> Child {
@@ -124,19 +124,11 @@ fn regress_a_limit_of_the_size_of_files_is_an_error() {
         "simulate --sites 60 --samples 400 --out run.nc",
         "simulate --sites 60 --samples 400 --out run.npz",
     ] {
-        let output = Command::new("sh")
-            .args(["-c", "ulimit -f 16; exec \"$0\" \"$@\""])
-            .arg(program())
-            .args(words.split(' '))
-            .current_dir(place.folder())
-            .envs(NO_CONFIGURATION)
-            .output()
-            .unwrap();
+        let output = shell(&place, &format!("ulimit -f 16; exec \"$1\" {words}"));
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{words}: {output:?}");
         assert!(said.starts_with("error: cannot "), "{said}");
-        assert!(said.contains("File too large"), "{said}");
-        assert!(said.contains("ulimit -f"), "{said}");
+        contains_all(&said, &["File too large", "ulimit -f"]);
         assert!(!said.contains("partial"), "{said}");
         assert_eq!(place.names(), before, "{words}");
     }
@@ -145,10 +137,8 @@ fn regress_a_limit_of_the_size_of_files_is_an_error() {
 /// Starts all commands at once; their exit codes.
 fn at_once(place: &Place, commands: &[&[&str]]) -> Vec<Option<i32>> {
     let started: Vec<Child> = commands.iter().map(|words| start(place, words)).collect();
-    let ended = started
-        .into_iter()
-        .map(|child| child.wait_with_output().unwrap());
-    ended.map(|output| output.status.code()).collect()
+    let code = |child: Child| child.wait_with_output().unwrap().status.code();
+    started.into_iter().map(code).collect()
 }
 
 #[test]

@@ -1,25 +1,9 @@
 //! The program as a stranger meets it: help, and how it fails on what it cannot take, read or write.
 
-use std::fs;
-
-use test_support::place::Place;
-
 #[cfg(unix)]
 mod unix {
-    use super::*;
-    use std::process::{Command, Output};
-    use test_support::place::{NO_CONFIGURATION, program, text};
-    use test_support::running::start;
-
-    fn shell(place: &Place, script: &str) -> Output {
-        Command::new("sh")
-            .envs(NO_CONFIGURATION)
-            .args(["-c", script, "sh"])
-            .arg(program())
-            .current_dir(place.folder())
-            .output()
-            .unwrap()
-    }
+    use test_support::place::text;
+    use test_support::running::{shell, start};
 
     #[test]
     fn a_reader_that_goes_away_is_no_failure() {
@@ -52,6 +36,7 @@ mod unix {
     #[cfg(target_os = "linux")]
     fn a_name_that_is_no_text_is_still_a_name() {
         use std::ffi::OsStr;
+        use std::fs;
         use std::os::unix::ffi::OsStrExt;
 
         let place = test_support::pulse::place();

@@ -1,29 +1,18 @@
 //! Limits of memory and time, as a stranger sets them.
 #![cfg(target_os = "linux")]
 
-use std::process::Command;
-
 use ndarray::{Array2, ShapeBuilder};
 use ndarray_npy::NpzWriter;
 use test_support::contains_all;
 use test_support::fields::noise;
-use test_support::place::{NO_CONFIGURATION, Place, program, text};
-use test_support::running::{peak, start};
+use test_support::place::{Place, text};
+use test_support::running::{peak, shell, start};
 
 /// The program under `ulimit -v`, in KiB: its exit code and what it says.
 fn limited(place: &Place, kibibytes: u64, words: &str) -> (Option<i32>, String) {
-    let script = format!(
-        "ulimit -v {kibibytes}; exec {} {words}",
-        program().display()
-    );
-    let output = Command::new("sh")
-        .envs(NO_CONFIGURATION)
-        // What glibc reserves for each thread would count, and varies.
-        .env("MALLOC_ARENA_MAX", "1")
-        .args(["-c", &script])
-        .current_dir(place.folder())
-        .output()
-        .unwrap();
+    // What glibc reserves for each thread would count, and varies.
+    let script = format!("ulimit -v {kibibytes}; MALLOC_ARENA_MAX=1 exec \"$1\" {words}");
+    let output = shell(place, &script);
     (output.status.code(), text(&output.stderr))
 }
 

@@ -1,6 +1,8 @@
 //! Damaged, lying and misplaced files are refused with the fault they have, without a panic,
 //! without a large allocation, and in bounded time.
 
+use std::path::{Path, PathBuf};
+
 use proptest::prelude::*;
 use test_support::fields::reading;
 use test_support::hostile::{Folder, fault, npy, npy_f64, npy_with_header, npz, refusal};
@@ -8,14 +10,19 @@ use wavecascade::field::{Header, OpenOptions};
 use wavecascade::{Error, Field};
 use zip::CompressionMethod;
 
+/// The file that is refused when this one is opened, and why.
+fn refused_at(path: &Path) -> (PathBuf, String) {
+    match Field::open(path, &OpenOptions::default()) {
+        Err(Error::Input { path, fault }) => (path, fault.to_string()),
+        other => panic!("{other:?}"),
+    }
+}
+
 #[test]
 fn what_is_not_a_file() {
     let folder = Folder::new();
-    let error = Field::open(folder.path(), &OpenOptions::default()).unwrap_err();
-    let Error::Input { fault, .. } = error else {
-        panic!("{error}");
-    };
-    assert_eq!(fault.to_string(), "expected a file, found a directory");
+    let (_, said) = refused_at(folder.path());
+    assert_eq!(said, "expected a file, found a directory");
     let missing = folder.path().join("missing.npy");
     let error = Field::open(&missing, &OpenOptions::default()).unwrap_err();
     assert!(matches!(&error, Error::Read { path, .. } if *path == missing));
@@ -33,11 +40,8 @@ fn a_pipe_does_not_hang() {
     }
     folder.write("other.npy", npy_f64("(2, 1)", [1.0, 2.0]));
     for name in ["field.npy", "other.npy"] {
-        let error = Field::open(folder.path().join(name), &OpenOptions::default()).unwrap_err();
-        let Error::Input { fault, .. } = error else {
-            panic!("{error}");
-        };
-        assert_eq!(fault.to_string(), "expected a file, found a pipe");
+        let (_, said) = refused_at(&folder.path().join(name));
+        assert_eq!(said, "expected a file, found a pipe");
     }
 }
 
@@ -90,28 +94,18 @@ fn npy_lengths_that_lie() {
 fn sidecars_that_mislead() {
     let folder = Folder::new();
     let path = folder.write("field.npy", npy_f64("(2, 1)", [1.0, 2.0]));
-    let refused = || match Field::open(&path, &OpenOptions::default()) {
-        Err(Error::Input { path, fault }) => (path, fault),
-        other => panic!("{other:?}"),
-    };
     let replaced = folder.write("field.toml", "dt = 0.5\n\ndx = 0\n");
-    let (at, fault) = refused();
-    assert_eq!(at, replaced);
     let expected = "line 3: dx: expected a finite number above 0, found 0";
-    assert_eq!(fault.to_string(), expected);
+    assert_eq!(refused_at(&path), (replaced.clone(), expected.to_owned()));
     folder.write("field.npy.toml", "dt = 0.5\n");
-    let (at, fault) = refused();
+    let (at, said) = refused_at(&path);
     assert_eq!(at, path);
-    let said = fault.to_string();
     assert!(said.starts_with("expected one sidecar, found"), "{said}");
     std::fs::remove_file(&replaced).unwrap();
     assert!(Field::open(&path, &OpenOptions::default()).is_ok());
     folder.write("field.npy.toml", "#".repeat(70_000));
-    let said = refused().1.to_string();
-    assert_eq!(
-        said,
-        "expected at most 65536 bytes of settings, found 70000"
-    );
+    let expected = "expected at most 65536 bytes of settings, found 70000";
+    assert_eq!(refused_at(&path).1, expected);
     folder.write("field.npy.toml", b"unit = \"\xff\"\n");
     assert!(Field::open(&path, &OpenOptions::default()).is_err());
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use column_fft::RealToComplexColumns;
+use column_fft::{Real, RealToComplexColumns};
 use serde_json::{Value, json};
 
 /// A folder of its own to run the program in.
@@ -18,24 +18,41 @@ impl Place {
         self.0.path().join(name)
     }
 
-    fn command(&self, words: &[&str]) -> assert_cmd::Command {
+    fn command(&self, line: &str) -> assert_cmd::Command {
         let mut command = assert_cmd::Command::cargo_bin("throughput").unwrap();
-        command.current_dir(self.0.path()).args(words);
+        command.current_dir(self.0.path()).args(line.split(' '));
         command
     }
 
-    fn good(&self, words: &[&str]) -> String {
-        let [out, _] = ends(0, &mut self.command(words));
+    #[track_caller]
+    fn good(&self, line: &str) -> String {
+        let [out, _] = ends(0, &mut self.command(line));
         out
     }
 
-    fn bad(&self, code: i32, words: &[&str]) -> String {
-        let [_, err] = ends(code, &mut self.command(words));
+    #[track_caller]
+    fn bad(&self, code: i32, line: &str, words: &[&str]) -> String {
+        let [_, err] = ends(code, &mut self.command(line));
+        has(&err, words);
         err
+    }
+
+    /// Records a baseline of these cases; the words that compare them with it.
+    #[track_caller]
+    fn recorded(&self, cases: &str) -> String {
+        self.good(&format!("{cases} --record base.json"));
+        format!("{cases} --check --baseline base.json")
     }
 
     fn known(&self) -> Value {
         json(&fs::read_to_string(self.path("base.json")).unwrap())
+    }
+
+    /// Changes the first baseline of this kind in the file.
+    fn edit(&self, kind: &str, change: impl FnOnce(&mut Value)) {
+        let mut known = self.known();
+        change(&mut known[kind][0]);
+        fs::write(self.path("base.json"), known.to_string()).unwrap();
     }
 }
 
@@ -66,7 +83,7 @@ fn close(case: &Value, key: &str, expected: f64) {
     assert!(off < 1e-12, "{key}: {case}");
 }
 
-const SMALL: [&str; 5] = ["--shape", "64x9", "--rounds", "3", "--json"];
+const SMALL: &str = "--shape 64x9 --rounds 3 --json";
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
@@ -82,12 +99,24 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
+/// What a copy of so many bytes takes of the time.
+#[track_caller]
+fn has_part_of_bound(case: &Value, bytes: f64) {
+    let copied = 1e3 * bytes / number(case, "copy_bytes_per_second");
+    close(case, "part_of_bound", copied / number(case, "median_ms"));
+}
+
+fn expected_error<T: Real>(rows: f64) -> f64 {
+    let plan = RealToComplexColumns::<T>::new(rows as usize);
+    plan.unwrap().expected_error()
+}
+
 /// Every figure can be had again from the times in the JSON.
 #[test]
 fn val_figures_follow_from_the_times() {
     let place = Place::new();
-    let words = ["--shape", "256x20", "--shape", "257x9", "--threads", "2"];
-    let said = json(&place.good(&[&words[..], &["--rounds", "3", "--json"]].concat()));
+    let line = "--shape 256x20 --shape 257x9 --threads 2 --rounds 3 --json";
+    let said = json(&place.good(line));
     for key in ["cpu", "instruction_set", "build"] {
         assert!(said["machine"][key].is_string(), "{said}");
     }
@@ -103,48 +132,24 @@ fn val_figures_follow_from_the_times() {
         assert_eq!(ours.len(), 3);
         close(case, "median_ms", median(ours.clone()));
         let milliseconds = number(case, "median_ms");
-        close(
-            case,
-            "gflops",
-            2.5 * rows * rows.log2() * columns / milliseconds / 1e6,
-        );
-        let clock = if case["threads"] == 1 {
-            "thread"
-        } else {
-            "wall"
-        };
+        let operations = 2.5 * rows * rows.log2() * columns;
+        close(case, "gflops", operations / milliseconds / 1e6);
+        let clock = ["wall", "thread"][usize::from(case["threads"] == 1)];
         assert!(case["clock"] == clock || cfg!(not(unix)), "{case}");
         let single = case["precision"] == "f32";
-        let bytes =
-            columns * (rows + 2.0 * ((rows / 2.0).floor() + 1.0)) * if single { 4.0 } else { 8.0 };
-        close(
-            case,
-            "part_of_bound",
-            1e3 * bytes / number(case, "copy_bytes_per_second") / milliseconds,
-        );
+        let moved = columns * (rows + 2.0 * ((rows / 2.0).floor() + 1.0));
+        has_part_of_bound(case, moved * if single { 4.0 } else { 8.0 });
         for way in ["rustfft", "realfft"] {
             let quotients = times(way).iter().zip(&ours).map(|(t, o)| t / o).collect();
             let ratio = case["ratio_to"][way].as_f64().unwrap();
             assert!((ratio / median(quotients) - 1.0).abs() < 1e-12, "{case}");
         }
         let error = match single {
-            true => RealToComplexColumns::<f32>::new(rows as usize)
-                .unwrap()
-                .expected_error(),
-            false => RealToComplexColumns::<f64>::new(rows as usize)
-                .unwrap()
-                .expected_error(),
+            true => expected_error::<f32>(rows),
+            false => expected_error::<f64>(rows),
         };
         close(case, "expected_error", error);
     }
-}
-
-/// Changes the first baseline of ratios in a file.
-fn edit(place: &Place, change: impl Fn(&mut Value)) {
-    let path = place.path("base.json");
-    let mut known = place.known();
-    change(&mut known["ratios"][0]);
-    fs::write(path, known.to_string()).unwrap();
 }
 
 fn times(value: &mut Value, factor: f64) {
@@ -153,22 +158,13 @@ fn times(value: &mut Value, factor: f64) {
     }
 }
 
-const KINDS: [&str; 8] = [
-    "--kind",
-    "columns,plane,short-time",
-    "--shape",
-    "320x10",
-    "--precision",
-    "f64",
-    "--rounds",
-    "2",
-];
+const KINDS: &str = "--kind columns,plane,short-time --shape 320x10 --precision f64 --rounds 2";
 
 /// By hand: a plane of 3200 samples and 161 rows of bins; 3 segments of 256 samples and 129 bins.
 #[test]
 fn val_planes_and_segments_are_measured_as_columns_are() {
     let place = Place::new();
-    let said = json(&place.good(&[&KINDS[..], &["--json"]].concat()));
+    let said = json(&place.good(&format!("{KINDS} --json")));
     let cases = said["cases"].as_array().unwrap();
     let kinds: Vec<&str> = cases.iter().map(|c| c["kind"].as_str().unwrap()).collect();
     assert_eq!(kinds, ["columns", "plane", "short-time"]);
@@ -177,12 +173,7 @@ fn val_planes_and_segments_are_measured_as_columns_are() {
     for (case, (operations, row)) in cases[1..].iter().zip([plane, segments]) {
         let milliseconds = number(case, "median_ms");
         close(case, "gflops", operations / milliseconds / 1e6);
-        let bytes = f64::from(10 * 8 * row);
-        close(
-            case,
-            "part_of_bound",
-            1e3 * bytes / number(case, "copy_bytes_per_second") / milliseconds,
-        );
+        has_part_of_bound(case, f64::from(10 * 8 * row));
         assert!(case["expected_error"].is_null(), "{case}");
         for way in ["cascade", "rustfft", "realfft"] {
             assert_eq!(numbers(&case["times_ms"][way]).len(), 2, "{case}");
@@ -192,7 +183,7 @@ fn val_planes_and_segments_are_measured_as_columns_are() {
         }
     }
 
-    let said = place.good(&KINDS);
+    let said = place.good(KINDS);
     for kind in kinds {
         let mut lines = said.lines().filter(|line| line.contains(" 320x10 "));
         let line = lines.find(|line| line.trim_start().starts_with(kind));
@@ -206,13 +197,13 @@ fn val_planes_and_segments_are_measured_as_columns_are() {
 #[test]
 fn planes_and_segments_have_a_baseline_of_their_own() {
     let place = Place::new();
-    place.good(&[&KINDS[..], &["--record", "base.json"]].concat());
+    let check = place.recorded(KINDS);
     let new = [
         "plane 320x10 f64, 1 thread",
         "short-time 320x10 f64, 1 thread",
     ];
     let change = |factor: Option<f64>| {
-        edit(&place, |ratios| {
+        place.edit("ratios", |ratios| {
             let ratios = ratios["ratio_to_rustfft"].as_object_mut().unwrap();
             assert_eq!(ratios.len(), 3);
             ratios["320x10 f64, 1 thread"] = json!(1e-3);
@@ -224,58 +215,48 @@ fn planes_and_segments_have_a_baseline_of_their_own() {
             }
         });
     };
-    let check = [&KINDS[..], &["--check", "--baseline", "base.json"]].concat();
     change(Some(1e-3));
-    let said = json(&place.good(&[&check[..], &["--json"]].concat()));
+    let said = json(&place.good(&format!("{check} --json")));
     assert_eq!(said["check"].as_array().unwrap().len(), 3);
     assert!(said["not_compared"].is_null(), "{said}");
 
     change(Some(1e4));
-    let said = place.bad(1, &check);
-    for word in ["2 of 3 cases", new[0], new[1]] {
-        assert!(said.contains(word), "{word}: {said}");
-    }
+    place.bad(1, &check, &["2 of 3 cases", new[0], new[1]]);
 
     change(None);
     let said = place.good(&check);
     let said = said.lines().find(|line| line.starts_with("not compared"));
-    let said = said.expect("what is not compared");
-    for word in ["base.json has no baseline", "--record FILE", new[0], new[1]] {
-        assert!(said.contains(word), "{word}: {said}");
-    }
-    let said = json(&place.good(&[&check[..], &["--json"]].concat()));
+    let words = ["base.json has no baseline", "--record FILE", new[0], new[1]];
+    has(said.expect("what is not compared"), &words);
+    let said = json(&place.good(&format!("{check} --json")));
     assert_eq!(said["check"].as_array().unwrap().len(), 1);
     assert_eq!(said["not_compared"], json!(new));
     // Where nothing can be compared, nothing is said to be kept.
-    let said = place.bad(1, &[&["--kind", "plane"], &check[2..]].concat());
-    has(&said, &[new[0], "--record"]);
+    let plane = check.replace("columns,plane,short-time", "plane");
+    place.bad(1, &plane, &[new[0], "--record"]);
 }
 
 /// No machine is so uneven that a hundredth or the hundredfold of a ratio could be found.
 #[test]
 fn a_loss_is_named_and_a_gain_passes() {
     let place = Place::new();
-    place.good(&[&SMALL[..], &["--record", "base.json"]].concat());
-    let check = [&SMALL[..], &["--check", "--baseline", "base.json"]].concat();
-    edit(&place, |ratios| {
-        times(&mut ratios["ratio_to_rustfft"], 0.01)
-    });
+    let check = place.recorded(SMALL);
+    let scale = |factor| {
+        place.edit("ratios", |ratios| {
+            times(&mut ratios["ratio_to_rustfft"], factor)
+        })
+    };
+    scale(0.01);
     let said = json(&place.good(&check));
     assert_eq!(said["check"].as_array().unwrap().len(), 2);
 
-    edit(&place, |ratios| times(&mut ratios["ratio_to_rustfft"], 1e4));
+    scale(1e4);
     let [told, said] = ends(1, &mut place.command(&check));
     has(
         &said,
-        &[
-            "2 of 2 cases",
-            "base.json",
-            "64x9 f64, 1 thread: ",
-            "64x9 f32",
-            "rustfft, now",
-            "--record",
-        ],
+        &["2 of 2 cases", "base.json", "64x9 f64, 1 thread: "],
     );
+    has(&said, &["64x9 f32", "rustfft, now", "--record"]);
     // The table is there all the same, and four times the rounds were made.
     let found = json(&told);
     assert_eq!(numbers(&found["cases"][0]["times_ms"]["cascade"]).len(), 12);
@@ -284,30 +265,23 @@ fn a_loss_is_named_and_a_gain_passes() {
 #[test]
 fn a_baseline_of_elsewhere_does_not_count() {
     let place = Place::new();
-    place.good(&[&SMALL[..], &["--record", "base.json"]].concat());
-    let check = [&SMALL[..], &["--check", "--baseline", "base.json"]].concat();
-    let other = [&["--shape", "65x9"], &check[2..]].concat();
-    let said = place.bad(1, &other);
-    has(&said, &["65x9 f64, 1 thread; 65x9 f32, 1 thread"]);
+    let check = place.recorded(SMALL);
+    let unknown = ["65x9 f64, 1 thread; 65x9 f32, 1 thread"];
+    place.bad(1, &check.replace("64x9", "65x9"), &unknown);
     // A record anew takes the place of the old one, one of another machine stays.
-    edit(&place, |ratios| {
+    place.edit("ratios", |ratios| {
         ratios["machine"]["cpu"] = json!("Another 9000")
     });
-    let said = place.bad(1, &check);
-    has(&said, &["has no baseline for", "--record FILE"]);
+    let said = place.bad(1, &check, &["has no baseline for", "--record FILE"]);
     assert!(!said.contains("Another 9000"), "{said}");
     for _ in 0..2 {
-        place.good(&[&SMALL[..], &["--record", "base.json"]].concat());
+        place.recorded(SMALL);
     }
-    let known = place.known();
-    assert_eq!(known["ratios"].as_array().unwrap().len(), 2);
+    assert_eq!(place.known()["ratios"].as_array().unwrap().len(), 2);
     // One of other cases stands beside it.
-    let other = [&["--shape", "65x9"], &SMALL[2..]].concat();
-    place.good(&[&other[..], &["--record", "base.json"]].concat());
-    edit(&place, |ratios| {
-        assert_eq!(ratios["machine"]["cpu"], "Another 9000")
-    });
+    place.recorded(&SMALL.replace("64x9", "65x9"));
     let known = place.known();
+    assert_eq!(known["ratios"][0]["machine"]["cpu"], "Another 9000");
     let cases = known["ratios"][1]["ratio_to_rustfft"].as_object().unwrap();
     let cases: Vec<&str> = cases.keys().map(|case| &**case).collect();
     let expected = ["64x9 f32", "64x9 f64", "65x9 f32", "65x9 f64"];
@@ -324,12 +298,9 @@ fn a_damaged_baseline_is_named() {
         (other, "something/1"),
     ] {
         fs::write(place.path("base.json"), text).unwrap();
-        for words in [
-            &["--check", "--baseline", "base.json"][..],
-            &["--record", "base.json"],
-        ] {
-            let said = place.bad(1, &[&SMALL[..], words].concat());
-            has(&said, &["base.json", named, "help: "]);
+        for words in ["--check --baseline", "--record"] {
+            let line = format!("{SMALL} {words} base.json");
+            place.bad(1, &line, &["base.json", named, "help: "]);
             assert_eq!(fs::read_to_string(place.path("base.json")).unwrap(), text);
         }
     }
@@ -347,16 +318,17 @@ fn what_cannot_be_is_said() {
         ("--check --record base.json", "--record"),
         ("--record none/base.json", "none/base.json"),
     ] {
-        let said = place.bad(2, &line.split(' ').collect::<Vec<_>>());
-        assert!(said.contains(named), "{line}: {said}");
+        place.bad(2, line, &[named]);
     }
 }
 
 /// Runs with programs of `place` alone on the path.
 #[cfg(unix)]
 #[track_caller]
-fn with_path(place: &Place, code: i32, words: &[&str]) -> [String; 2] {
-    ends(code, place.command(words).env("PATH", place.0.path()))
+fn with_path(place: &Place, code: i32, line: &str, words: &[&str]) -> [String; 2] {
+    let said = ends(code, place.command(line).env("PATH", place.0.path()));
+    has(&said[usize::from(code != 0)], words);
+    said
 }
 
 /// A valgrind that counts 1000 instructions and for each transform 500 more, for `rustfft` 1500.
@@ -375,16 +347,12 @@ fn val_counts_are_the_difference_of_two_runs() {
     use std::os::unix::fs::PermissionsExt;
 
     let place = Place::new();
-    let words = ["--instructions", "--shape", "10x10", "--precision", "f64"];
-    let [_, said] = with_path(&place, 1, &words);
-    has(
-        &said,
-        &[
-            "error: cannot count instructions",
-            "valgrind",
-            "apt-get install valgrind",
-        ],
-    );
+    let line = "--instructions --shape 10x10 --precision f64";
+    let words = [
+        "error: cannot count instructions",
+        "apt-get install valgrind",
+    ];
+    with_path(&place, 1, line, &words);
 
     let script = place.path("valgrind");
     let executable = |text: &str| {
@@ -392,32 +360,25 @@ fn val_counts_are_the_difference_of_two_runs() {
         fs::set_permissions(&script, fs::Permissions::from_mode(0o755)).unwrap();
     };
     executable("#!/bin/sh\necho 'out of luck' >&2\nexit 3\n");
-    let [_, said] = with_path(&place, 1, &words);
-    has(&said, &["out of luck", "--repeat"]);
+    with_path(&place, 1, line, &["out of luck", "--repeat"]);
 
     executable(STAND_IN);
-    let record = [&words[..], &["--record", "base.json"]].concat();
-    let [told, said] = with_path(&place, 0, &record);
+    let record = format!("{line} --record base.json");
+    let [_, said] = with_path(&place, 0, &record, &["5.00 ( 3.00)", "15.00"]);
     assert_eq!(said, "");
-    has(&told, &["5.00 ( 3.00)", "15.00"]);
     let known = place.known();
     let counts = &known["instructions"][0]["per_sample"];
     assert_eq!(counts["10x10 f64 portable"], 5.0);
     assert_eq!(counts["10x10 f64 rustfft"], 15.0);
 
-    let check = [&words[..], &["--check", "--baseline", "base.json"]].concat();
-    with_path(&place, 0, &check);
+    let check = format!("{line} --check --baseline base.json");
+    with_path(&place, 0, &check, &[]);
     // Twice as fast once, so half is lost.
-    let mut doubled = known.clone();
-    times(&mut doubled["instructions"][0]["per_sample"], 0.5);
-    fs::write(place.path("base.json"), doubled.to_string()).unwrap();
-    let [_, said] = with_path(&place, 1, &check);
-    has(
-        &said,
-        &["10x10 f64 portable: 2.500 instructions a sample, now 5.000: 50.0 % lost"],
-    );
-    doubled["instructions"][0]["build"] = json!("of another kind");
-    fs::write(place.path("base.json"), doubled.to_string()).unwrap();
-    let [_, said] = with_path(&place, 1, &check);
-    has(&said, &["has no baseline for"]);
+    place.edit("instructions", |known| times(&mut known["per_sample"], 0.5));
+    let lost = "10x10 f64 portable: 2.500 instructions a sample, now 5.000: 50.0 % lost";
+    with_path(&place, 1, &check, &[lost]);
+    place.edit("instructions", |known| {
+        known["build"] = json!("of another kind")
+    });
+    with_path(&place, 1, &check, &["has no baseline for"]);
 }

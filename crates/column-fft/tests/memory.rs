@@ -6,11 +6,9 @@
 
 mod common;
 
-use column_fft::{
-    Columns, ColumnsMut, FftError, Real, RealToComplexColumns, SegmentsMut, ShortTimeColumns,
-};
-use common::{noise, plans, spectra};
-use ndarray::{Array2, Array3, ArrayViewMut2, ArrayViewMut3, Axis, ShapeBuilder, s};
+use column_fft::{Columns, ColumnsMut, FftError, Real, RealToComplexColumns, SegmentsMut};
+use common::{noise, plans, short_time, spectra};
+use ndarray::{Array2, ArrayViewMut2, ArrayViewMut3, Axis, ShapeBuilder, s};
 use num_complex::Complex;
 
 /// One of each kind: whole and mixed powers, odd, by convolution (primes and others), and the shortest.
@@ -94,17 +92,21 @@ fn any_layout_keeps_to_its_buffers() {
     }
 }
 
+/// Room for so many results with margins, the number that fills it, and where a cache line begins behind the first margin.
+fn marked<T: Real>(results: usize) -> (Complex<T>, usize, Vec<Complex<T>>) {
+    const MARGIN: usize = 64;
+    let marked = Complex::new(T::rounded(7.0), T::rounded(-7.0));
+    let room = vec![marked; results + 3 * MARGIN];
+    let is_line = |at: &usize| room[*at..].as_ptr().addr() % 64 == 0;
+    (marked, (MARGIN..).find(is_line).unwrap(), room)
+}
+
 /// Large results, which are written past the caches where rows are whole cache lines.
 fn streamed<T: Real>(length: usize, columns: usize) {
-    const MARGIN: usize = 64;
     let rows = noise::<T>((length, columns), 4);
-    let marked = Complex::new(T::rounded(7.0), T::rounded(-7.0));
     for plan in plans::<T>(length) {
         let results = plan.bins() * columns;
-        let mut room = vec![marked; results + 3 * MARGIN];
-        let at = (MARGIN..)
-            .find(|&at| room[at..].as_ptr().addr() % 64 == 0)
-            .unwrap();
+        let (marked, at, mut room) = marked(results);
         let (before, rest) = room.split_at_mut(at);
         let (spectra, after) = rest.split_at_mut(results);
         let mut spectra = ArrayViewMut2::from_shape((plan.bins(), columns), spectra).unwrap();
@@ -142,20 +144,14 @@ fn results_past_the_caches_keep_to_their_place() {
 /// Large spectra of segments, assembled in the caches where rows are no whole lines: all columns at once or
 /// several in turn, from the start of a line and from its middle, in rows `apart` numbers, and upside down.
 fn assembled_segments<T: Real>(length: usize, columns: usize, apart: usize) {
-    const MARGIN: usize = 64;
     const STREAMED_BYTES: usize = 4 << 20;
     let hop = 3;
-    let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
-    let plan = ShortTimeColumns::<T>::new(&window, hop).unwrap();
+    let plan = short_time::<T>(length, hop);
     let segments = STREAMED_BYTES.div_ceil(plan.bins() * columns * size_of::<Complex<T>>());
     let rows = noise::<T>((length + hop * (segments - 1), columns), 5);
     let shape = (segments, plan.bins(), apart);
     let results = segments * plan.bins() * apart;
-    let marked = Complex::new(T::rounded(7.0), T::rounded(-7.0));
-    let mut room = vec![marked; results + 3 * MARGIN];
-    let line = (MARGIN..)
-        .find(|&at| room[at..].as_ptr().addr() % 64 == 0)
-        .unwrap();
+    let (marked, line, mut room) = marked::<T>(results);
     for (at, turned) in [(line, false), (line + 1, false), (line, true)] {
         room.fill(marked);
         let (before, rest) = room.split_at_mut(at);
@@ -172,9 +168,7 @@ fn assembled_segments<T: Real>(length: usize, columns: usize, apart: usize) {
         let width = columns.min(3);
         for from in [0, columns / 2, columns - width] {
             let part = s![.., from..from + width];
-            let mut alone = Array3::default((segments, plan.bins(), width));
-            plan.process_in_parallel(rows.slice(part), alone.view_mut())
-                .unwrap();
+            let alone = common::segments(&plan, rows.slice(part));
             assert_eq!(found.slice(s![.., .., from..from + width]), alone);
         }
     }

@@ -9,13 +9,9 @@ use column_fft::{
     ComplexToReal2d, ComplexToRealColumns, FftDirection, Filter2d, Real, RealToComplex2d,
     RealToComplexColumns, ShortTimeColumns, rows,
 };
-use common::{apart, direct_sums, double, noise, spectra};
+use common::{apart, by_threads, direct_sums, double, noise, segments, short_time, spectra};
 use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 use num_complex::Complex;
-
-fn complex<T: Real>(values: ArrayView2<T>) -> Array2<Complex<T>> {
-    values.mapv(|v| Complex::new(v, T::zero()))
-}
 
 /// `sum v exp(i (k x - 2 pi f t))`, the double sum, angles reduced in whole numbers.
 fn double_sum(values: &Array2<f64>, m: usize, q: usize) -> Complex<f64> {
@@ -41,9 +37,7 @@ fn val_double_sums_over_time_and_space() {
     for shape in shapes {
         let values = noise::<f64>(shape, 5);
         let plan = RealToComplex2d::new(shape, FftDirection::Inverse).unwrap();
-        let mut spectrum = Array2::default((plan.bins(), shape.1));
-        plan.process_in_parallel(values.view(), spectrum.view_mut())
-            .unwrap();
+        let spectrum = plane(&plan, values.view());
         let truth = spectrum
             .indexed_iter()
             .map(|((m, q), _)| double_sum(&values, m, q));
@@ -52,13 +46,18 @@ fn val_double_sums_over_time_and_space() {
     }
 }
 
+fn plane<T: Real>(plan: &RealToComplex2d<T>, values: ArrayView2<T>) -> Array2<Complex<T>> {
+    let mut spectrum = Array2::default((plan.bins(), values.ncols()));
+    plan.process_in_parallel(values, spectrum.view_mut())
+        .unwrap();
+    spectrum
+}
+
 fn returns<T: Real>(tolerance: f64) {
     for shape in [(1, 1), (2, 2), (64, 48), (63, 50), (101, 37), (600, 7)] {
         let values = noise::<T>(shape, 11);
         let plan = RealToComplex2d::new(shape, FftDirection::Inverse).unwrap();
-        let mut spectrum = Array2::default((plan.bins(), shape.1));
-        plan.process_in_parallel(values.view(), spectrum.view_mut())
-            .unwrap();
+        let mut spectrum = plane(&plan, values.view());
         let mut back = Array2::default(shape);
         let inverse = ComplexToReal2d::new(shape, FftDirection::Forward)
             .unwrap()
@@ -67,14 +66,11 @@ fn returns<T: Real>(tolerance: f64) {
             .process(spectrum.view_mut(), back.view_mut())
             .unwrap();
         let truth = values.iter().map(|v| Complex::from(v.to_f64()));
-        let off = apart(&complex(back.view()), truth);
+        let off = apart(&back.mapv(|v| Complex::new(v, T::zero())), truth);
         assert!(off < tolerance, "{shape:?}: {off:e}");
         // By one thread: the same bits.
-        let mut serial = Array2::default((plan.bins(), shape.1));
         plan.process(values.view(), spectrum.view_mut()).unwrap();
-        plan.process_in_parallel(values.view(), serial.view_mut())
-            .unwrap();
-        assert_eq!(serial, spectrum);
+        assert_eq!(plane(&plan, values.view()), spectrum);
         let mut again = Array2::default(shape);
         inverse
             .process_in_parallel(spectrum.view_mut(), again.view_mut())
@@ -115,10 +111,11 @@ fn any_layout_and_any_number_of_threads_give_the_same_bits() {
     let plan = RealToComplex2d::new(shape, FftDirection::Inverse).unwrap();
     let run = |threads: usize, stride: usize| {
         let mut room = Array2::<Complex<f64>>::default((plan.bins(), stride * shape.1));
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let spectrum = room.slice_mut(s![.., ..;stride]);
-        pool.unwrap()
-            .install(|| plan.process_in_parallel(values.view(), spectrum).unwrap());
+        by_threads(threads, || {
+            plan.process_in_parallel(values.view(), spectrum)
+        })
+        .unwrap();
         room.slice(s![.., ..;stride]).to_owned()
     };
     let first = run(1, 1);
@@ -172,13 +169,9 @@ fn inverses_of_any_number_of_threads_have_the_same_bits() {
     let spectra = spectra(&RealToComplexColumns::new(length).unwrap(), values.view());
     let inverse = ComplexToRealColumns::new(length).unwrap().normalized();
     let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let mut back = Array2::default((length, columns));
-        pool.unwrap().install(|| {
-            inverse
-                .process_in_parallel(spectra.view(), back.view_mut())
-                .unwrap()
-        });
+        let run = || inverse.process_in_parallel(spectra.view(), back.view_mut());
+        by_threads(threads, run).unwrap();
         back
     };
     let first = run(1);
@@ -204,11 +197,8 @@ fn short_time_agrees<T: Real>(tolerance: f64) {
             .map(|n| 0.1 + (n as f64 * 0.9).sin().powi(2))
             .collect();
         let plan = ShortTimeColumns::<T>::new(&window, hop).unwrap();
-        let segments = plan.segments(times);
-        assert_eq!(segments, (times - length) / hop + 1);
-        let mut spectra = Array3::default((segments, plan.bins(), columns));
-        plan.process_in_parallel(values.view(), spectra.view_mut())
-            .unwrap();
+        assert_eq!(plan.segments(times), (times - length) / hop + 1);
+        let spectra = segments(&plan, values.view());
         let bins: Vec<usize> = (0..plan.bins()).collect();
         for (s, segment) in spectra.outer_iter().enumerate() {
             for c in 0..columns {
@@ -234,15 +224,12 @@ fn val_direct_sums_of_weighed_segments() {
 fn weighed_bits<T: Real>() {
     for (length, columns) in [(64, 13), (105, 40), (30, 512), (256, 1024), (101, 9)] {
         let values = noise::<T>((length + 7, columns), 37);
-        let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
-        let plan = ShortTimeColumns::<T>::new(&window, 7).unwrap();
-        let mut found = Array3::default((2, plan.bins(), columns));
-        plan.process_in_parallel(values.view(), found.view_mut())
-            .unwrap();
+        let found = segments(&short_time(length, 7), values.view());
+        assert_eq!(found.len_of(Axis(0)), 2);
         let plan = RealToComplexColumns::<T>::new(length).unwrap();
         for (s, segment) in found.outer_iter().enumerate() {
             let weighed = Array2::from_shape_fn((length, columns), |(n, c)| {
-                values[(7 * s + n, c)] * T::rounded(window[n])
+                values[(7 * s + n, c)] * T::rounded(((n + 1) as f64).sqrt())
             });
             let expected = spectra(&plan, weighed.view());
             assert_eq!(segment, expected, "{length} x {columns}");
@@ -262,37 +249,24 @@ fn weights_in_passing_give_the_bits_of_weighed_columns() {
 fn segments_of_any_layout_have_the_same_bits() {
     for length in [64, 30, 105, 101] {
         let values = noise::<f64>((150, 512), 31);
-        let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
-        let plan = ShortTimeColumns::<f64>::new(&window, 25).unwrap();
-        let shape = (plan.segments(150), plan.bins(), 512);
-        let mut whole = Array3::default(shape);
-        plan.process_in_parallel(values.view(), whole.view_mut())
-            .unwrap();
-        let by_column = values.t().to_owned();
-        let mut found = Array3::default(shape);
-        plan.process_in_parallel(by_column.t(), found.view_mut())
-            .unwrap();
-        assert_eq!(found, whole);
-        let mut found = Array3::default((shape.0, 512, shape.1));
+        let plan = short_time::<f64>(length, 25);
+        let whole = segments(&plan, values.view());
+        assert_eq!(segments(&plan, values.t().to_owned().t()), whole);
+        let (count, bins, columns) = whole.dim();
+        let mut found = Array3::default((count, columns, bins));
         let turned = found.view_mut().permuted_axes([0, 2, 1]);
         plan.process_in_parallel(values.view(), turned).unwrap();
         assert_eq!(found.permuted_axes([0, 2, 1]), whole);
         let few = values.slice(s![.., 3..10]).to_owned();
-        let mut found = Array3::default((shape.0, shape.1, 7));
-        plan.process_in_parallel(few.view(), found.view_mut())
-            .unwrap();
+        let found = segments(&plan, few.view());
         assert_eq!(found, whole.slice(s![.., .., 3..10]));
     }
 }
 
 #[test]
 fn records_shorter_than_the_window_have_no_segments() {
-    let plan = ShortTimeColumns::<f64>::new(&[1.0; 8], 2).unwrap();
-    assert_eq!(
-        (plan.segments(7), plan.segments(8), plan.segments(10)),
-        (0, 1, 2)
-    );
-    let values = noise::<f64>((7, 3), 1);
-    plan.process_in_parallel(values.view(), Array3::default((0, 5, 3)).view_mut())
-        .unwrap();
+    let plan = short_time::<f64>(8, 2);
+    assert_eq!([7, 8, 10].map(|times| plan.segments(times)), [0, 1, 2]);
+    let none = segments(&plan, noise((7, 3), 1).view());
+    assert_eq!(none.dim(), (0, 5, 3));
 }

@@ -30,14 +30,6 @@ pub fn contains_all(text: &str, words: &[&str]) {
     }
 }
 
-/// Asserts that a text has none of these words.
-#[track_caller]
-pub fn contains_none(text: &str, words: &[&str]) {
-    for word in words {
-        assert!(!text.contains(word), "{word:?} in {text}");
-    }
-}
-
 /// Asserts that numbers differ by less than this.
 #[track_caller]
 pub fn near(found: f64, expected: f64, within: f64) {

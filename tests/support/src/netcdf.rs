@@ -34,40 +34,21 @@ fn variable<'a>(part: &'a str, dimensions: &[(&str, usize)]) -> Variable<'a> {
     let along: Vec<usize> = along.map(place).collect();
     let count: usize = along.iter().map(|at| dimensions[*at].1).product();
     let number = |text: &str| text.parse::<f64>().unwrap();
+    let listed = words[2].trim_matches(['[', ']']).split(',');
     let numbers: Vec<f64> = match words[2].split_once(':') {
-        Some((from, step)) => (0..count)
-            .map(|i| number(from) + i as f64 * number(step))
-            .collect(),
-        None => words[2]
-            .trim_matches(['[', ']'])
-            .split(',')
-            .map(number)
-            .collect(),
+        Some((from, step)) => {
+            let of = |i: u32| number(from) + f64::from(i) * number(step);
+            (0..count as u32).map(of).collect()
+        }
+        None => listed.map(number).collect(),
     };
-    let (code, mut samples): (u32, Vec<u8>) = match words[1] {
-        "f8" => (6, numbers.into_iter().flat_map(f64::to_be_bytes).collect()),
-        "f4" => (
-            5,
-            numbers
-                .into_iter()
-                .flat_map(|v| (v as f32).to_be_bytes())
-                .collect(),
-        ),
-        "i4" => (
-            4,
-            numbers
-                .into_iter()
-                .flat_map(|v| (v as i32).to_be_bytes())
-                .collect(),
-        ),
-        _ => (
-            3,
-            numbers
-                .into_iter()
-                .flat_map(|v| (v as i64 as i16).to_be_bytes())
-                .collect(),
-        ),
+    let (code, bytes): (u32, fn(f64) -> Vec<u8>) = match words[1] {
+        "f8" => (6, |v| v.to_be_bytes().into()),
+        "f4" => (5, |v| (v as f32).to_be_bytes().into()),
+        "i4" => (4, |v| (v as i32).to_be_bytes().into()),
+        _ => (3, |v| (v as i64 as i16).to_be_bytes().into()),
     };
+    let mut samples: Vec<u8> = numbers.into_iter().flat_map(bytes).collect();
     samples.resize(samples.len().next_multiple_of(4), 0);
     let attributes = words[3..].iter().filter_map(|word| word.split_once('='));
     Variable {
@@ -97,11 +78,9 @@ fn header(dimensions: &[(&str, usize)], variables: &[Variable], begin: usize) ->
         put(&mut out, &[if count == 0 { 0 } else { 0x0c }, count]);
         for (name, value) in &variable.attributes {
             put_text(&mut out, name);
-            let integer = value
-                .strip_suffix('i')
-                .and_then(|text| text.parse::<i32>().ok());
+            let integer = value.strip_suffix('i').unwrap_or("").parse::<i32>();
             match (integer, value.parse::<f64>()) {
-                (Some(integer), _) => {
+                (Ok(integer), _) => {
                     put(&mut out, &[4, 1]);
                     out.extend(integer.to_be_bytes());
                 }
@@ -115,21 +94,17 @@ fn header(dimensions: &[(&str, usize)], variables: &[Variable], begin: usize) ->
                 }
             }
         }
-        put(
-            &mut out,
-            &[variable.code as usize, variable.samples.len(), at],
-        );
-        at += variable.samples.len();
+        let length = variable.samples.len();
+        put(&mut out, &[variable.code as usize, length, at]);
+        at += length;
     }
     out
 }
 
 fn put(out: &mut Vec<u8>, numbers: &[usize]) {
-    out.extend(
-        numbers
-            .iter()
-            .flat_map(|&number| (number as u32).to_be_bytes()),
-    );
+    for number in numbers {
+        out.extend((*number as u32).to_be_bytes());
+    }
 }
 
 fn put_text(out: &mut Vec<u8>, text: &str) {

@@ -38,6 +38,14 @@ pub fn start(place: &Place, words: &[&str]) -> Child {
         .unwrap()
 }
 
+/// What a script comes to, of which `$1` is the program.
+pub fn shell(place: &Place, script: &str) -> Output {
+    let mut command = Command::new("sh");
+    command.envs(NO_CONFIGURATION).args(["-c", script, "sh"]);
+    command.arg(program()).current_dir(place.folder());
+    command.output().unwrap()
+}
+
 /// Sends a signal, by its name without SIG.
 pub fn signal(child: &Child, name: &str) {
     let sent = Command::new("kill")

@@ -1,17 +1,11 @@
-//! Random columns, their transforms, and sums by the definition in twice the precision, to judge transforms by.
+//! Random columns, their transforms, and sums by the definition in integers, to judge transforms by.
 
 // Each test uses a part of this.
 #![allow(dead_code)]
 
-use column_fft::{InstructionSet, Real, RealToComplexColumns};
-use ndarray::{Array2, ArrayView2};
+use column_fft::{InstructionSet, Real, RealToComplexColumns, ShortTimeColumns};
+use ndarray::{Array2, Array3, ArrayView2};
 use num_complex::Complex;
-
-/// Bins that are summed together.
-const LANES: usize = 8;
-
-/// Samples between twiddle factors that are computed anew.
-const ANCHOR: usize = 256;
 
 /// `|z|^2`.
 pub fn power(z: Complex<f64>) -> f64 {
@@ -46,6 +40,26 @@ pub fn spectra<T: Real>(
     spectra
 }
 
+/// Segments that follow each other by so much, weighed by square roots.
+pub fn short_time<T: Real>(length: usize, hop: usize) -> ShortTimeColumns<T> {
+    let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
+    ShortTimeColumns::new(&window, hop).unwrap()
+}
+
+/// Spectra of segments of columns.
+pub fn segments<T: Real>(plan: &ShortTimeColumns<T>, values: ArrayView2<T>) -> Array3<Complex<T>> {
+    let (times, columns) = values.dim();
+    let mut found = Array3::default((plan.segments(times), plan.bins(), columns));
+    plan.process_in_parallel(values, found.view_mut()).unwrap();
+    found
+}
+
+/// Runs by so many threads.
+pub fn by_threads<R: Send>(threads: usize, run: impl FnOnce() -> R + Send) -> R {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build().unwrap().install(run)
+}
+
 pub fn double<T: Real>(z: Complex<T>) -> Complex<f64> {
     Complex::new(z.re.to_f64(), z.im.to_f64())
 }
@@ -62,153 +76,55 @@ pub fn apart<'a, T: Real>(
     (off / all).sqrt()
 }
 
-/// `sum_n x_n exp(-2 pi i m n / N)` for each bin m, in double-double arithmetic, rounded once at the end.
+/// Complex numbers of 60 binary places, real part first.
+type Fixed = [i128; 2];
+
+const ONE: i128 = 1 << 60;
+
+/// `2 pi`.
+const TURN: i128 = 7_244_019_458_077_122_842;
+
+/// Samples that are summed before their sum is turned: few enough that no product overflows.
+const PIECE: usize = 128;
+
+fn times(a: i128, b: i128) -> i128 {
+    (a * b + ONE / 2) >> 60
+}
+
+fn product([a, b]: Fixed, [c, d]: Fixed) -> Fixed {
+    [times(a, c) - times(b, d), times(a, d) + times(b, c)]
+}
+
+/// `exp(2 pi i p / q)`, `p < q`: the series of a quarter of the angle, squared twice.
+fn root(p: usize, q: usize) -> Fixed {
+    let [p, q] = [p as i128, q as i128];
+    let p = if 2 * p > q { p - q } else { p };
+    let angle = TURN * p / (4 * q);
+    let mut sum = [ONE, 0];
+    for k in (1..=21).rev() {
+        sum = [ONE - times(angle, sum[1]) / k, times(angle, sum[0]) / k];
+    }
+    let half = product(sum, sum);
+    product(half, half)
+}
+
+/// `sum_n x_n exp(-2 pi i m n / N)` for each bin m, of samples below 1 in size: to 2^-57 of its root mean square over bins,
+/// by integers, rounded once at the end.
 pub fn direct_sums(x: &[f64], bins: &[usize]) -> Vec<Complex<f64>> {
-    bins.chunks(LANES).flat_map(|bins| sums(x, bins)).collect()
-}
-
-fn sums(x: &[f64], bins: &[usize]) -> Vec<Complex<f64>> {
-    let n = x.len();
-    let roots = |at: usize| {
-        let (mut cos, mut sin) = (Dd::default(), Dd::default());
-        for (l, &bin) in bins.iter().enumerate() {
-            let phase = (at as u128 * bin as u128 % n as u128) as usize;
-            let (c, s) = cos_sin(phase, n);
-            (cos.0[l], cos.1[l]) = c;
-            (sin.0[l], sin.1[l]) = s;
+    let sum = |&bin: &usize| {
+        let root_at = |n: usize| root(n * bin % x.len(), x.len());
+        let roots: Vec<Fixed> = (0..PIECE).map(root_at).collect();
+        let mut sum = [0; 2];
+        for (i, piece) in x.chunks(PIECE).enumerate() {
+            let mut part = [0; 2];
+            for (value, root) in piece.iter().zip(&roots) {
+                let value = (value * ONE as f64) as i128;
+                part = [0, 1].map(|i| part[i] + times(value, root[i]));
+            }
+            let part = product(part, root_at(i * PIECE));
+            sum = [sum[0] + part[0], sum[1] + part[1]];
         }
-        (cos, sin)
+        Complex::new(sum[0] as f64, -sum[1] as f64) / ONE as f64
     };
-    let (mut re, mut im) = (Dd::default(), Dd::default());
-    let (step_cos, step_sin) = roots(1 % n);
-    for (i, piece) in x.chunks(ANCHOR).enumerate() {
-        let (mut cos, mut sin) = roots(i * ANCHOR);
-        for &value in piece {
-            let value = Dd([value; LANES], [0.0; LANES]);
-            re = re.plus(cos.times(value));
-            im = im.plus(sin.times(value).negated());
-            let next = cos.times(step_cos).plus(sin.times(step_sin).negated());
-            sin = sin.times(step_cos).plus(cos.times(step_sin));
-            cos = next;
-        }
-    }
-    (0..bins.len())
-        .map(|l| Complex::new(re.0[l], im.0[l]))
-        .collect()
-}
-
-/// Unevaluated sums of a high and a low part.
-///
-/// Source: Dekker, Numer. Math. 18, 224 (1971); Joldes, Muller and Popescu, ACM TOMS 44, 15 (2017).
-#[derive(Debug, Clone, Copy, Default)]
-struct Dd([f64; LANES], [f64; LANES]);
-
-type Pair = (f64, f64);
-
-impl Dd {
-    #[inline(always)]
-    fn by_lane(self, other: Dd, of: impl Fn(Pair, Pair) -> Pair) -> Dd {
-        let mut result = Dd::default();
-        for l in 0..LANES {
-            (result.0[l], result.1[l]) = of((self.0[l], self.1[l]), (other.0[l], other.1[l]));
-        }
-        result
-    }
-
-    #[inline(always)]
-    fn plus(self, other: Dd) -> Dd {
-        self.by_lane(other, plus)
-    }
-
-    #[inline(always)]
-    fn times(self, other: Dd) -> Dd {
-        self.by_lane(other, times)
-    }
-
-    #[inline(always)]
-    fn negated(self) -> Dd {
-        self.by_lane(self, |(high, low), _| (-high, -low))
-    }
-}
-
-#[inline(always)]
-fn two_sum(a: f64, b: f64) -> Pair {
-    let sum = a + b;
-    let part = sum - a;
-    (sum, (a - (sum - part)) + (b - part))
-}
-
-#[inline(always)]
-fn fast_two_sum(large: f64, small: f64) -> Pair {
-    let sum = large + small;
-    (sum, small - (sum - large))
-}
-
-/// Dekker's product: exact.
-#[inline(always)]
-fn two_product(a: f64, b: f64) -> Pair {
-    let split = |x: f64| {
-        let scaled = 134_217_729.0 * x; // 2^27 + 1
-        let high = scaled - (scaled - x);
-        (high, x - high)
-    };
-    let product = a * b;
-    let ((a1, a2), (b1, b2)) = (split(a), split(b));
-    let error = a2 * b2 - (((product - a1 * b1) - a2 * b1) - a1 * b2);
-    (product, error)
-}
-
-#[inline(always)]
-fn plus(a: Pair, b: Pair) -> Pair {
-    let (high, low) = two_sum(a.0, b.0);
-    let (tail, rest) = two_sum(a.1, b.1);
-    let (high, low) = fast_two_sum(high, low + tail);
-    fast_two_sum(high, low + rest)
-}
-
-#[inline(always)]
-fn times(a: Pair, b: Pair) -> Pair {
-    let (high, error) = two_product(a.0, b.0);
-    fast_two_sum(high, error + (a.0 * b.1 + a.1 * b.0))
-}
-
-fn over(a: Pair, divisor: f64) -> Pair {
-    let quotient = a.0 / divisor;
-    let (back, error) = two_product(quotient, divisor);
-    let rest = ((a.0 - back) - error) + a.1;
-    fast_two_sum(quotient, rest / divisor)
-}
-
-fn negated((high, low): Pair) -> Pair {
-    (-high, -low)
-}
-
-/// `cos(2 pi p / q)` and `sin(2 pi p / q)`, `p < q`, reduced to an eighth of a cycle in integers.
-fn cos_sin(p: usize, q: usize) -> (Pair, Pair) {
-    if 2 * p > q {
-        let (cos, sin) = cos_sin(q - p, q);
-        (cos, negated(sin))
-    } else if 4 * p > q {
-        let (cos, sin) = cos_sin(q - 2 * p, 2 * q);
-        (negated(cos), sin)
-    } else if 8 * p > q {
-        let (cos, sin) = cos_sin(q - 4 * p, 4 * q);
-        (sin, cos)
-    } else {
-        let two_pi = (std::f64::consts::TAU, 2.449_293_598_294_706_4e-16);
-        let angle = over(times(two_pi, (p as f64, 0.0)), q as f64);
-        (taylor(angle, 0), taylor(angle, 1))
-    }
-}
-
-/// `sum_k (-1)^k a^(2k + odd) / (2k + odd)!` by Horner's rule, for `a <= pi / 4`.
-fn taylor(angle: Pair, odd: usize) -> Pair {
-    let square = negated(times(angle, angle));
-    let mut sum = (1.0, 0.0);
-    for k in (1..=14).rev() {
-        let degree = 2 * k + odd;
-        let factor = over(square, (degree * (degree - 1)) as f64);
-        sum = plus(times(sum, factor), (1.0, 0.0));
-    }
-    if odd == 1 { times(sum, angle) } else { sum }
+    bins.iter().map(sum).collect()
 }

@@ -186,20 +186,15 @@ fn compare(container: &Container, path: &str, expected: &Json, what: &str) -> bo
     }
     let Some(at) = at else { return true };
     let variable = &container.variables[at];
-    if let Some(other) = expected["other"].as_str() {
-        assert_eq!(
-            variable.sample_type,
-            SampleType::Other(other.into()),
-            "{what}"
-        );
+    let is_text = expected.get("text").map(|_| "text");
+    if let Some(other) = expected["other"].as_str().or(is_text) {
+        let other = SampleType::Other(other.into());
+        assert_eq!(variable.sample_type, other, "{what}");
+    }
+    if expected["other"].is_string() {
         return true;
     }
     if let Some(text) = expected.get("text") {
-        assert_eq!(
-            variable.sample_type,
-            SampleType::Other("text".into()),
-            "{what}"
-        );
         let rows: Vec<String> = serde_json::from_value(text.clone()).unwrap();
         let found = match container.attributes.get(&variable.path) {
             Some(Value::Text(text)) => vec![text.clone()],
@@ -243,10 +238,9 @@ fn compare(container: &Container, path: &str, expected: &Json, what: &str) -> bo
             continue;
         };
         let is_packed = key == "decoded";
-        let theirs = if is_packed && expected.get("hex").is_some() {
-            Sample::F64
-        } else {
-            theirs
+        let theirs = match is_packed && expected.get("hex").is_some() {
+            true => Sample::F64,
+            false => theirs,
         };
         let digits = |at: usize| u8::from_str_radix(&hex[at..at + 2], 16).unwrap();
         let all: Vec<u8> = (0..hex.len()).step_by(2).map(digits).collect();
@@ -265,10 +259,9 @@ fn compare(container: &Container, path: &str, expected: &Json, what: &str) -> bo
             assert_eq!(found.len(), wanted.len(), "{what} {block:?}");
             for (found, wanted) in found.into_iter().zip(wanted) {
                 // Floats of IBM are rounded to singles.
-                let found = if theirs == Sample::F32 {
-                    f64::from(found as f32)
-                } else {
-                    found
+                let found = match theirs {
+                    Sample::F32 => f64::from(found as f32),
+                    _ => found,
                 };
                 let is_same = found == wanted || found.is_nan() && wanted.is_nan();
                 assert!(is_same, "{what} {block:?}: {found} instead of {wanted}");
@@ -279,20 +272,10 @@ fn compare(container: &Container, path: &str, expected: &Json, what: &str) -> bo
 }
 
 /// Types of numbers that peers have.
-const ALL: [Sample; 12] = [
-    Sample::F64,
-    Sample::F32,
-    Sample::F16,
-    Sample::I8,
-    Sample::I16,
-    Sample::I32,
-    Sample::I64,
-    Sample::U8,
-    Sample::U16,
-    Sample::U32,
-    Sample::U64,
-    Sample::Bool,
-];
+const ALL: [Sample; 12] = {
+    use Sample::*;
+    [F64, F32, F16, I8, I16, I32, I64, U8, U16, U32, U64, Bool]
+};
 
 /// Opens cut and changed copies of a file and reads what they list.
 pub fn survives(format: Format, bytes: &[u8], is_bounded: bool) {
