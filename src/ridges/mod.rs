@@ -340,7 +340,11 @@ fn search(
     let (axes, segment) = (&analysis.axes, analysis.conventions.segment);
     let spectrum = power.rows().into_iter().skip(1).map(|row| row.sum());
     let counting = share_that_counts(independence.steadiness, samples, (spectrum, segment));
-    let realisations = (independence.effective * counting).max(1.0);
+    // A transient says nothing of the noise.
+    let realisations = match independence.is_transient() {
+        true => independence.effective,
+        false => (independence.effective * counting).max(1.0),
+    };
     let (nf, nk) = power.dim();
     let df = 1.0 / (segment as f64 * axes.time.step.abs());
     let dk = TAU / (nk as f64 * axes.space.step.abs());
