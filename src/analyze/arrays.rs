@@ -5,9 +5,12 @@ use std::sync::{Mutex, PoisonError};
 
 use ndarray::{Array2, ArrayView2};
 
+use super::axes::{Axes, Side};
+use super::display::Display;
 use super::plan::Plan;
+use super::request::Results;
 use crate::arrays::{Arrays, LargeArray, Sink};
-use crate::diagnostics::{Keep, MapBuilder};
+use crate::diagnostics::{Keep, Map, MapBuilder};
 use crate::error::Result;
 
 /// Arrays of an analysis.
@@ -24,6 +27,25 @@ impl LargeArray {
     /// `(time, wavenumber)`
     pub const KINETIC_FLUX_SURROGATE: LargeArray =
         LargeArray::new("kinetic_flux_surrogate", ["time", "wavenumber"]);
+
+    /// Those of an analysis.
+    pub(crate) const OF_ANALYSES: [LargeArray; 4] = [
+        LargeArray::TEMPORAL_SPECTRUM,
+        LargeArray::SPATIAL_SPECTRUM,
+        LargeArray::SPACETIME_SPECTRUM,
+        LargeArray::KINETIC_FLUX_SURROGATE,
+    ];
+}
+
+impl Results {
+    pub(super) fn has(self, array: LargeArray) -> bool {
+        match array {
+            LargeArray::TEMPORAL_SPECTRUM => self.temporal,
+            LargeArray::SPATIAL_SPECTRUM => self.spatial,
+            LargeArray::SPACETIME_SPECTRUM => self.spacetime,
+            _ => self.flux_surrogate,
+        }
+    }
 }
 
 /// The large arrays in memory; `None` if not requested.
@@ -83,13 +105,27 @@ impl<'a> Outputs<'a> {
         self.sink.put(array, row, column, block)
     }
 
-    /// The maps of these arrays.
-    pub fn maps<const N: usize>(mut self, of: [LargeArray; N]) -> [Option<MapBuilder>; N] {
-        of.map(|array| {
-            let map = self.maps.remove(&array)?;
-            Some(map.into_inner().unwrap_or_else(PoisonError::into_inner))
-        })
+    /// The map of an array.
+    pub fn map(&mut self, array: LargeArray) -> Option<MapBuilder> {
+        let map = self.maps.remove(&array)?;
+        Some(map.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
+}
+
+/// A map over these axes with the part of it that is shown.
+pub(super) fn finished(
+    map: MapBuilder,
+    sides: [Side; 2],
+    label: String,
+    (axes, display): (&Axes, &Display),
+) -> Map {
+    let [rows, columns] = sides.map(|side| display.part(side).bins.clone());
+    let labels = sides.map(|side| side.label(axes));
+    let along = |n: usize| {
+        let grid = sides[n].grid(axes);
+        (&*labels[n], grid.first, grid.step)
+    };
+    map.finish_with(Some(&(rows, columns)), label, along(0), along(1))
 }
 
 /// What maps of an array show: of fluxes, which have signs, the extremes.

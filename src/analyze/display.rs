@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
+use super::axes::{Axes, Grid, Side};
 use super::columns::TemporalPassResult;
 use super::plan::Plan;
 use super::request::Request;
-use super::result::Axes;
 use super::rows::SpatialPassResult;
 use super::spacetime::{ByDirection, Frequencies};
 use crate::error::{Error, Result};
@@ -103,27 +103,7 @@ pub struct Display {
     pub space: Extent,
 }
 
-/// An axis of bins.
-#[derive(Debug, Clone, Copy)]
-struct BinAxis {
-    first: f64,
-    step: f64,
-    count: usize,
-}
-
-impl BinAxis {
-    fn of(bins: &[f64]) -> BinAxis {
-        BinAxis {
-            first: bins.first().copied().unwrap_or(0.0),
-            step: bins.get(1).map_or(1.0, |second| second - bins[0]),
-            count: bins.len(),
-        }
-    }
-
-    fn at(&self, bin: usize) -> f64 {
-        self.first + bin as f64 * self.step
-    }
-
+impl Grid {
     /// Bins from `low` to `high`; ends that fall on a bin up to rounding belong to it.
     fn between(&self, (low, high): (f64, f64)) -> Range<usize> {
         let [a, b] = [low, high].map(|end| (end - self.first) / self.step);
@@ -171,7 +151,7 @@ impl ShowAxis {
     }
 
     /// That the limits lie on an axis from `first` to its end, in order, and hold a bin.
-    fn check(self, option: &'static str, axis: BinAxis, first: f64) -> Result<()> {
+    fn check(self, option: &'static str, axis: Grid, first: f64) -> Result<()> {
         let Some((low, high)) = self.ends(first) else {
             return Ok(());
         };
@@ -205,26 +185,17 @@ pub(super) fn check(request: &Request, axes: &Axes) -> Result<()> {
         let expected = "maps, which the display limits are for";
         return Err(Error::request("show", expected, "none"));
     }
-    let wavenumber = BinAxis::of(&axes.wavenumber);
+    let grid = |side: Side| side.grid(axes);
+    let wavenumber = grid(Side::Wavenumber);
     let lowest = match show.wavenumber {
         ShowAxis::Interval { .. } => -wavenumber.at(wavenumber.count - 1),
         _ => 0.0,
     };
-    let [time, space] = sampled(axes);
-    let frequency = BinAxis::of(&axes.frequency);
-    show.frequency.check("show-frequency", frequency, 0.0)?;
-    show.wavenumber
-        .check("show-wavenumber", wavenumber, lowest)?;
+    let [time, space] = [Side::Time, Side::Space].map(grid);
+    (show.frequency).check("show-frequency", grid(Side::Frequency), 0.0)?;
+    (show.wavenumber).check("show-wavenumber", wavenumber, lowest)?;
     show.time.check("show-time", time, time.first)?;
     show.space.check("show-space", space, space.first)
-}
-
-fn sampled(axes: &Axes) -> [BinAxis; 2] {
-    [(&axes.time, axes.n_times), (&axes.space, axes.n_sites)].map(|(axis, count)| BinAxis {
-        first: axis.origin,
-        step: axis.step,
-        count,
-    })
 }
 
 impl Display {
@@ -252,20 +223,28 @@ impl Display {
         let of_columns = columns.and_then(|columns| columns.frequency_energies.as_deref());
         let of_times: Vec<f64> = rows.ends.iter().map(|ends| ends.energy).collect();
         let energies = [
+            Some(&of_times[..]),
+            columns.map(|columns| &columns.energies[..]),
             by_direction.as_deref().or(of_columns),
             folded.as_deref().or(rows.wavenumber_energies.as_deref()),
             of_both,
-            Some(&of_times[..]),
-            columns.map(|columns| &columns.energies[..]),
         ];
         let padding = [plan.padding_time(), plan.padding_space()];
         Display::of(axes, &plan.request.show, energies, padding)
     }
 
-    /// From energies along frequency, wavenumber of one and of both signs, time and space, and the padding in time and space.
-    fn of(axes: &Axes, show: &Show, of: [Option<&[f64]>; 5], padding: [f64; 2]) -> Display {
-        let few = padding.map(|padding| Some(FEW * padding));
-        let wavenumber = BinAxis::of(&axes.wavenumber).extent(show.wavenumber, of[1], few[1]);
+    /// From energies along each axis, and the padding in time and space.
+    fn of(
+        axes: &Axes,
+        show: &Show,
+        energies: [Option<&[f64]>; 5],
+        [in_time, in_space]: [f64; 2],
+    ) -> Display {
+        let part = |side: Side, show: ShowAxis, padding: Option<f64>| {
+            let few = padding.map(|padding| FEW * padding);
+            side.grid(axes).extent(show, energies[side as usize], few)
+        };
+        let wavenumber = part(Side::Wavenumber, show.wavenumber, Some(in_space));
         let both = match show.wavenumber {
             interval @ ShowAxis::Interval { .. } => interval,
             _ => ShowAxis::Interval {
@@ -273,13 +252,23 @@ impl Display {
                 high: wavenumber.high,
             },
         };
-        let [time, space] = sampled(axes);
         Display {
-            frequency: BinAxis::of(&axes.frequency).extent(show.frequency, of[0], few[0]),
+            frequency: part(Side::Frequency, show.frequency, Some(in_time)),
             wavenumber,
-            wavenumber_signed: BinAxis::of(&axes.wavenumber_signed).extent(both, of[2], None),
-            time: time.extent(show.time, of[3], None),
-            space: space.extent(show.space, of[4], None),
+            wavenumber_signed: part(Side::SignedWavenumber, both, None),
+            time: part(Side::Time, show.time, None),
+            space: part(Side::Space, show.space, None),
+        }
+    }
+
+    /// What figures show of an axis.
+    pub(crate) fn part(&self, side: Side) -> &Extent {
+        match side {
+            Side::Time => &self.time,
+            Side::Space => &self.space,
+            Side::Frequency => &self.frequency,
+            Side::Wavenumber => &self.wavenumber,
+            Side::SignedWavenumber => &self.wavenumber_signed,
         }
     }
 }

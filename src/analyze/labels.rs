@@ -1,42 +1,10 @@
-//! Names of axes and quantities, with their units.
+//! Names of powers, with their units.
 
 use super::{Analysis, Axes};
-use crate::field::Axis;
+use crate::arrays::LargeArray;
 use crate::sheet::Units;
 use crate::transform::Scaling;
 use crate::unit::{self, compose, label};
-
-/// `time (s)`, `time (samples)` where times are counted, `time` where a step has no unit.
-pub(crate) fn time(axes: &Axes) -> String {
-    of_axis(&axes.time, ["time (samples)", "time"])
-}
-
-/// `position (m)`, `site` where sites are counted, `position` where a step has no unit.
-pub(crate) fn position(axes: &Axes) -> String {
-    of_axis(&axes.space, ["site", "position"])
-}
-
-fn of_axis(axis: &Axis, [counted, name]: [&str; 2]) -> String {
-    match &axis.unit {
-        Some(unit) => format!("{name} ({unit})"),
-        None if axis.step == 1.0 => counted.into(),
-        None => name.into(),
-    }
-}
-
-/// `frequency (Hz)`: always in cycles.
-pub(crate) fn frequency(axes: &Axes) -> String {
-    in_words("frequency", &axes.frequency_unit())
-}
-
-/// `wavenumber (rad/m)`: always in rad.
-pub(crate) fn wavenumber(axes: &Axes) -> String {
-    in_words("wavenumber", &axes.wavenumber_unit())
-}
-
-fn in_words(name: &str, unit: &str) -> String {
-    label(name, &unit.replace("/unit of", " per unit of"))
-}
 
 /// How powers are scaled and what they are measured in.
 pub(crate) struct Power {
@@ -66,6 +34,16 @@ impl Power {
         }
     }
 
+    /// Of a large array of an analysis.
+    pub fn of_array(&self, array: LargeArray) -> String {
+        match array {
+            LargeArray::TEMPORAL_SPECTRUM => self.over_frequency(),
+            LargeArray::SPATIAL_SPECTRUM => self.over_wavenumber(),
+            LargeArray::SPACETIME_SPECTRUM => self.over_both(),
+            _ => self.flux(),
+        }
+    }
+
     /// S(f, x), or a short-time spectrum: over frequency.
     pub fn over_frequency(&self) -> String {
         self.density(&[&self.square, &self.units.time], &[&self.units.frequency])
@@ -80,14 +58,14 @@ impl Power {
     }
 
     /// S(k, f): over both.
-    pub fn over_both(&self) -> String {
+    fn over_both(&self) -> String {
         let of = &self.units;
         let over = [&self.square, &of.time, &of.space];
         self.density(&over.map(|unit| &**unit), &[&of.frequency, &of.wavenumber])
     }
 
     /// `Pi_K(k, t)`: half of `v^2 dx` a unit of time, so per unit of mass.
-    pub fn flux(&self) -> String {
+    fn flux(&self) -> String {
         let unit = compose(&[&self.square, &self.units.space], &[&self.units.time]);
         label("kinetic flux surrogate per unit mass", &unit)
     }

@@ -3,70 +3,16 @@
 use ndarray::Array2;
 
 use super::along::Headline;
+use super::axes::Axes;
 use super::dispersion::DispersionCurve;
 use super::display::Display;
 use crate::diagnostics::Map;
 use crate::error::{Error, Result};
 use crate::estimates::{NoiseFloor, SpectrumInterval};
-use crate::field::{Axis, Quantity};
+use crate::field::Quantity;
 use crate::moved::{Answer, Reason};
 use crate::prepare::WindowGains;
 use crate::sheet::Warning;
-
-/// The axes of the results. An axis without a unit counts samples or sites.
-#[derive(Debug, Clone)]
-pub struct Axes {
-    /// Times analyzed; `origin` is the first of them.
-    pub time: Axis,
-    pub n_times: usize,
-    /// Sites analyzed; `origin` is the first of them.
-    pub space: Axis,
-    pub n_sites: usize,
-    /// Frequencies `m df`, in cycles per time unit, from 0.
-    pub frequency: Vec<f64>,
-    /// Wavenumbers `m dk`, in rad per length unit, from 0.
-    pub wavenumber: Vec<f64>,
-    /// Wavenumbers of both signs, ascending; positive travels towards +x.
-    pub wavenumber_signed: Vec<f64>,
-}
-
-impl Axes {
-    pub fn times(&self) -> Vec<f64> {
-        (0..self.n_times).map(|n| self.time.at(n)).collect()
-    }
-
-    pub fn positions(&self) -> Vec<f64> {
-        (0..self.n_sites).map(|j| self.space.at(j)).collect()
-    }
-
-    /// Unit of time: `sample` where times are counted, words where a step has no unit.
-    pub fn time_unit(&self) -> &str {
-        unit(&self.time, "sample", "unit of time")
-    }
-
-    /// Unit of length: `site` where sites are counted, words where a step has no unit.
-    pub fn space_unit(&self) -> &str {
-        unit(&self.space, "site", "unit of length")
-    }
-
-    /// Unit of frequency: `Hz` for seconds, `kHz` for milliseconds, else cycles per unit.
-    pub fn frequency_unit(&self) -> String {
-        crate::measure::cycles_per(self.time_unit())
-    }
-
-    /// Unit of wavenumber: rad per unit of length.
-    pub fn wavenumber_unit(&self) -> String {
-        format!("rad/{}", self.space_unit())
-    }
-}
-
-fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
-    match &axis.unit {
-        Some(unit) => unit,
-        None if axis.step == 1.0 => counted,
-        None => stepped,
-    }
-}
 
 /// Measures of a family of spectra, one value a row (a site for `S(f, x)`, a time for `S(k, t)`).
 ///

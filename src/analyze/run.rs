@@ -4,8 +4,10 @@ use serde_json::json;
 
 use super::along::{self, Headline};
 use super::arrays::Outputs;
+use super::axes::Side;
 use super::columns::TemporalPassResult;
 use super::display::Display;
+use super::labels::Power;
 use super::noise::KnownNoise;
 use super::plan::{Plan, plan};
 use super::quality::Findings;
@@ -15,8 +17,8 @@ use super::result::*;
 use super::rows::SpatialPassResult;
 use super::spacetime::{ByDirection, Frequencies};
 use super::stages::{Clock, Stages};
-use super::{Spectra, Warning, answer, front, maps};
-use crate::arrays::{Collect, Precision, Sink};
+use super::{Spectra, Warning, answer, arrays, front};
+use crate::arrays::{Collect, LargeArray, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
 use crate::field::Field;
@@ -26,6 +28,7 @@ use crate::observer::{Observer, Silent};
 use crate::prepare::{GAIN_STEPS, Prepared, Sites, channels};
 use crate::sheet::number;
 use crate::transform::Real;
+use crate::unit::label;
 
 /// Analyses a field that fits in memory: plan, run, collect.
 ///
@@ -62,7 +65,7 @@ fn passes<T: Real>(
     observer: &dyn Observer,
 ) -> Result<Analysis> {
     let (results, precision) = (plan.request.results, plan.request.precision);
-    let outputs = Outputs::new(plan, sink)?;
+    let mut outputs = Outputs::new(plan, sink)?;
     let mut clock = Clock::new();
 
     let (prepared, scans) = Prepared::new(
@@ -148,14 +151,24 @@ fn passes<T: Real>(
     let (along_time, headline_time) = along_time.unzip();
     // A single site has no wavenumber axis.
     let by_frequency = spacetime.filter(|_| plan.axes.n_sites > 1);
-    let units = [unit, power_unit];
-    let [
-        field_map,
-        temporal_map,
-        spatial_map,
-        spacetime_map,
-        flux_map,
-    ] = maps::finished((field_map, outputs), field, plan, units, &display);
+    let of = (&plan.axes, &display);
+    let samples = label(
+        field.quantity.in_words(),
+        field.unit.as_deref().unwrap_or_default(),
+    );
+    let sides = [Side::Time, Side::Space];
+    let field_map = field_map.map(|map| arrays::finished(map.times(unit), sides, samples, of));
+    let (scaling, samples) = (plan.request.scaling, field.unit.as_deref());
+    let power = Power::new(&plan.axes, scaling, samples, power_unit);
+    let mut map = |array| {
+        let label = power.of_array(array);
+        Some(arrays::finished(
+            outputs.map(array)?,
+            Side::of(array),
+            label,
+            of,
+        ))
+    };
     Ok(Analysis {
         name: field.name.clone(),
         content_hash: field.content_hash.clone(),
@@ -179,10 +192,10 @@ fn passes<T: Real>(
         headline_time: headline_time.unwrap_or_default(),
         front,
         field_map,
-        temporal_map,
-        spatial_map,
-        spacetime_map,
-        flux_map,
+        temporal_map: map(LargeArray::TEMPORAL_SPECTRUM),
+        spatial_map: map(LargeArray::SPATIAL_SPECTRUM),
+        spacetime_map: map(LargeArray::SPACETIME_SPECTRUM),
+        flux_map: map(LargeArray::KINETIC_FLUX_SURROGATE),
         display,
         dispersion: plan.dispersion.clone(),
         short_time: profiles.short_time,

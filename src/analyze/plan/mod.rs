@@ -7,9 +7,10 @@ use std::ops::Range;
 
 use serde::Serialize;
 
+use super::axes::Axes;
 use super::dispersion::{self, DispersionCurve};
 use super::request::Request;
-use super::result::{Axes, Conventions};
+use super::result::Conventions;
 use super::{display, short_time};
 use crate::arrays::{LargeArray, Precision};
 use crate::diagnostics::{Bins, Keep, MAP_LIMIT, MapBuilder};
@@ -168,6 +169,9 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
     let mut request = request.clone();
     let flux_refused = request.results.flux_surrogate && !kinetic;
     request.results.flux_surrogate &= kinetic;
+    let arrays = LargeArray::OF_ANALYSES.into_iter();
+    let arrays = arrays.filter(|array| request.results.has(*array));
+    let arrays = arrays.map(|array| (array, axes.shape(array))).collect();
     let mut plan = Plan {
         flux_refused,
         times,
@@ -198,9 +202,8 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         memory_allowed,
         scratch_file: 0,
         stages: Vec::new(),
-        arrays: Vec::new(),
+        arrays,
     };
-    plan.list_arrays();
     plan.list_stages();
     plan.fit_into_memory(survey_bytes(field, n_sites), field.is_time_major())
         .map_err(|error| error.beside(loaded))?;
@@ -327,26 +330,6 @@ impl Plan {
             true => keep.fine_limit(shape),
             false => MAP_LIMIT,
         }
-    }
-
-    /// The large arrays that are wanted, with their shapes.
-    fn list_arrays(&mut self) {
-        let (axes, results) = (&self.axes, self.request.results);
-        let bins = [&axes.frequency, &axes.wavenumber, &axes.wavenumber_signed];
-        let [nf, nk, nks] = bins.map(Vec::len);
-        let (nt, flux) = (axes.n_times, LargeArray::KINETIC_FLUX_SURROGATE);
-        let all = [
-            (
-                results.temporal,
-                LargeArray::TEMPORAL_SPECTRUM,
-                (nf, axes.n_sites),
-            ),
-            (results.spatial, LargeArray::SPATIAL_SPECTRUM, (nt, nk)),
-            (results.spacetime, LargeArray::SPACETIME_SPECTRUM, (nf, nks)),
-            (results.flux_surrogate, flux, (nt, nk)),
-        ];
-        let wanted = all.into_iter().filter(|(is_wanted, ..)| *is_wanted);
-        self.arrays = wanted.map(|(_, array, shape)| (array, shape)).collect();
     }
 
     /// The transforms of each stage.

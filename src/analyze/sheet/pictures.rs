@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use ndarray::{Array2, ArrayView2, s};
 
-use super::sides::{self, Side};
+use super::sides;
+use crate::analyze::axes::Side;
 use crate::analyze::labels::Power;
 use crate::analyze::{Analysis, DispersionCurve, Extent, Map, MapAxis, Moments, Reduction};
 use crate::analyze::{ShortTimeSpectra, ShortTimeSpectrum};
@@ -244,7 +245,7 @@ fn direction(analysis: &Analysis) -> Option<Chart> {
 
 /// With x as the display limits have it.
 fn along(chart: Chart, analysis: &Analysis, side: Side) -> Chart {
-    let extent = side.extent(analysis);
+    let extent = analysis.display.part(side);
     Chart {
         x_label: side.label(&analysis.axes),
         x: extent.low..extent.high,
@@ -288,7 +289,7 @@ impl Content<'_> {
 
     /// The part of values along x or t that is shown.
     fn shown<'v>(&self, values: &'v [f64]) -> &'v [f64] {
-        &values[self.sides[0].extent(self.analysis).bins.clone()]
+        &values[self.analysis.display.part(self.sides[0]).bins.clone()]
     }
 
     fn content(&self) -> Chart {
@@ -299,7 +300,7 @@ impl Content<'_> {
             ..
         } = self.moments;
         // A row of little energy beyond the display limits would stretch the axis.
-        let extent = self.sides[1].extent(self.analysis);
+        let extent = self.analysis.display.part(self.sides[1]);
         let half = 0.5 * (extent.high - extent.low) / (extent.bins.len() as f64 - 1.0).max(1.0);
         let limits = extent.low - half..=extent.high + half;
         let values = [centroid, median, quantile_90].map(|values| self.shown(values));
@@ -398,8 +399,14 @@ impl Short<'_> {
     fn map(&self, one: &ShortTimeSpectrum) -> Map {
         let whole = [0..self.spectra.frames.len(), 0..self.spectra.bins.len()];
         let part = [
-            within(&self.spectra.frames, self.sides[0].extent(self.analysis)),
-            within(&self.spectra.bins, self.sides[1].extent(self.analysis)),
+            within(
+                &self.spectra.frames,
+                self.analysis.display.part(self.sides[0]),
+            ),
+            within(
+                &self.spectra.bins,
+                self.analysis.display.part(self.sides[1]),
+            ),
         ];
         let detail = (part != whole).then(|| Box::new(self.part(one, part)));
         Map {
