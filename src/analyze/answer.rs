@@ -101,7 +101,7 @@ pub(super) fn gains(
     let column = |of: &dyn Fn(&GainChange) -> f64| -> Vec<f64> { changes.iter().map(of).collect() };
     let (ratios, times) = (column(&|of| of.ratio), column(&|of| time.at(of.sample)));
     let [by, at] = [&ratios, &times].map(|of| some(of.iter().map(|x| three_digits(*x))));
-    let unit = plan.axes.time_unit();
+    let unit = plan.axes.units().time;
     let what = format!("the gain changes in time, x {by} at {at} {unit}");
     let advice = "scale the records before energies of sites are compared";
     let numbers = json!({"times": times, "ratios": ratios});

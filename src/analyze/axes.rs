@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use crate::arrays::LargeArray;
 use crate::field::Axis;
-use crate::sheet::Role;
+use crate::sheet::{Role, Units};
 use crate::unit::{label, split};
 
 /// The axes of the results. An axis without a unit counts samples or sites.
@@ -33,38 +33,15 @@ impl Axes {
         (0..self.n_sites).map(|j| self.space.at(j)).collect()
     }
 
-    /// Unit of time: `sample` where times are counted, words where a step has no unit.
-    pub fn time_unit(&self) -> &str {
-        unit(&self.time, "sample", "unit of time")
-    }
-
-    /// Unit of length: `site` where sites are counted, words where a step has no unit.
-    pub fn space_unit(&self) -> &str {
-        unit(&self.space, "site", "unit of length")
-    }
-
-    /// Unit of frequency: `Hz` for seconds, `kHz` for milliseconds, else cycles per unit.
-    pub fn frequency_unit(&self) -> String {
-        crate::measure::cycles_per(self.time_unit())
-    }
-
-    /// Unit of wavenumber: rad per unit of length.
-    pub fn wavenumber_unit(&self) -> String {
-        format!("rad/{}", self.space_unit())
+    /// In words where they are not known.
+    pub(crate) fn units(&self) -> Units {
+        Units::in_words(&self.time, &self.space, None)
     }
 
     /// Rows and columns of an array of an analysis.
     pub(super) fn shape(&self, array: LargeArray) -> (usize, usize) {
         let [rows, columns] = Side::of(array).map(|side| side.grid(self).count);
         (rows, columns)
-    }
-}
-
-fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
-    match &axis.unit {
-        Some(unit) => unit,
-        None if axis.step == 1.0 => counted,
-        None => stepped,
     }
 }
 
@@ -113,11 +90,8 @@ impl Side {
     /// The array that holds its coordinates.
     pub fn name(self) -> &'static str {
         match self {
-            Side::Time => "time",
-            Side::Space => "position",
-            Side::Frequency => "frequency",
-            Side::Wavenumber => "wavenumber",
             Side::SignedWavenumber => "wavenumber_signed",
+            _ => self.role().words()[0],
         }
     }
 
@@ -132,12 +106,7 @@ impl Side {
 
     /// In words where it is not known.
     pub fn unit(self, axes: &Axes) -> String {
-        match self {
-            Side::Time => axes.time_unit().into(),
-            Side::Space => axes.space_unit().into(),
-            Side::Frequency => axes.frequency_unit(),
-            Side::Wavenumber | Side::SignedWavenumber => axes.wavenumber_unit(),
-        }
+        axes.units().unit(self.role()).into()
     }
 
     /// `time (s)`, `position (m)`, `frequency (Hz)`: always in cycles, `wavenumber (rad/m)`: always in rad. `time (samples)` or

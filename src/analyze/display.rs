@@ -36,14 +36,6 @@ pub enum ShowAxis {
     Interval { low: f64, high: f64 },
 }
 
-impl ShowAxis {
-    /// The whole axis.
-    pub const WHOLE: ShowAxis = ShowAxis::Interval {
-        low: f64::NEG_INFINITY,
-        high: f64::INFINITY,
-    };
-}
-
 /// Which part of each axis figures show.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Show {
@@ -51,16 +43,6 @@ pub struct Show {
     pub wavenumber: ShowAxis,
     pub time: ShowAxis,
     pub space: ShowAxis,
-}
-
-impl Show {
-    /// Every axis whole.
-    pub const WHOLE: Show = Show {
-        frequency: ShowAxis::WHOLE,
-        wavenumber: ShowAxis::WHOLE,
-        time: ShowAxis::WHOLE,
-        space: ShowAxis::WHOLE,
-    };
 }
 
 /// The part of an axis that figures show, and what they leave out.
@@ -94,14 +76,7 @@ impl Extent {
 /// alike. An axis is whole without energy, where no result gives the energy along it, and without
 /// [maps](super::Request::maps).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Display {
-    pub frequency: Extent,
-    pub wavenumber: Extent,
-    /// Of figures with both signs of the wavenumber.
-    pub wavenumber_signed: Extent,
-    pub time: Extent,
-    pub space: Extent,
-}
+pub struct Display([Extent; 5]);
 
 impl Grid {
     /// Bins from `low` to `high`; ends that fall on a bin up to rounding belong to it.
@@ -199,11 +174,6 @@ pub(super) fn check(request: &Request, axes: &Axes) -> Result<()> {
 }
 
 impl Display {
-    /// Every axis whole, and nothing known of the energy along it.
-    pub fn whole(axes: &Axes) -> Display {
-        Display::of(axes, &Show::WHOLE, [None; 5], [1.0; 2])
-    }
-
     /// The display limits of what the passes found.
     pub(super) fn find(
         plan: &Plan,
@@ -212,9 +182,6 @@ impl Display {
         spacetime: Option<&Frequencies>,
     ) -> Display {
         let axes = &plan.axes;
-        if !plan.request.maps {
-            return Display::whole(axes);
-        }
         let of_both = spacetime.map(|found| &found.wavenumber_energies[..]);
         let folded = of_both.map(|both| folded(both, axes.wavenumber.len()));
         let by_direction = spacetime.map(|found| found.directions.iter());
@@ -229,22 +196,14 @@ impl Display {
             folded.as_deref().or(rows.wavenumber_energies.as_deref()),
             of_both,
         ];
-        let padding = [plan.padding_time(), plan.padding_space()];
-        Display::of(axes, &plan.request.show, energies, padding)
-    }
-
-    /// From energies along each axis, and the padding in time and space.
-    fn of(
-        axes: &Axes,
-        show: &Show,
-        energies: [Option<&[f64]>; 5],
-        [in_time, in_space]: [f64; 2],
-    ) -> Display {
+        let show = &plan.request.show;
         let part = |side: Side, show: ShowAxis, padding: Option<f64>| {
             let few = padding.map(|padding| FEW * padding);
-            side.grid(axes).extent(show, energies[side as usize], few)
+            let energies = energies[side as usize].filter(|_| plan.request.maps);
+            side.grid(axes).extent(show, energies, few)
         };
-        let wavenumber = part(Side::Wavenumber, show.wavenumber, Some(in_space));
+        let in_space = Some(plan.padding_space());
+        let wavenumber = part(Side::Wavenumber, show.wavenumber, in_space);
         let both = match show.wavenumber {
             interval @ ShowAxis::Interval { .. } => interval,
             _ => ShowAxis::Interval {
@@ -252,24 +211,24 @@ impl Display {
                 high: wavenumber.high,
             },
         };
-        Display {
-            frequency: part(Side::Frequency, show.frequency, Some(in_time)),
+        let frequency = Side::Frequency;
+        Display([
+            part(Side::Time, show.time, None),
+            part(Side::Space, show.space, None),
+            part(frequency, show.frequency, Some(plan.padding_time())),
             wavenumber,
-            wavenumber_signed: part(Side::SignedWavenumber, both, None),
-            time: part(Side::Time, show.time, None),
-            space: part(Side::Space, show.space, None),
-        }
+            part(Side::SignedWavenumber, both, None),
+        ])
     }
 
     /// What figures show of an axis.
     pub(crate) fn part(&self, side: Side) -> &Extent {
-        match side {
-            Side::Time => &self.time,
-            Side::Space => &self.space,
-            Side::Frequency => &self.frequency,
-            Side::Wavenumber => &self.wavenumber,
-            Side::SignedWavenumber => &self.wavenumber_signed,
-        }
+        &self.0[side as usize]
+    }
+
+    /// Of all axes, with the names of their arrays. Wavenumbers of both signs are those of figures that have both.
+    pub fn parts(&self) -> impl Iterator<Item = (&'static str, &Extent)> {
+        Side::ALL.into_iter().map(Side::name).zip(&self.0)
     }
 }
 

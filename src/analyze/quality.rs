@@ -298,7 +298,7 @@ impl Findings<'_> {
             return None;
         }
         let what = match line {
-            Some(line) => format!("{} {}", digits(line), plan.axes.frequency_unit()),
+            Some(line) => format!("{} {}", digits(line), plan.axes.units().frequency),
             None => "motion".into(),
         };
         let message = format!(

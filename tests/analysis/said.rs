@@ -392,17 +392,10 @@ fn all_of(analysis: &Analysis) -> Value {
         "shown_field",
         json!(field.map(|map| map.shown().values.dim())),
     );
-    let shown = &analysis.display;
-    for (name, of) in [
-        ("frequency", &shown.frequency),
-        ("wavenumber", &shown.wavenumber),
-        ("wavenumber_signed", &shown.wavenumber_signed),
-        ("time", &shown.time),
-        ("space", &shown.space),
-    ] {
+    for (name, of) in analysis.display.parts() {
         let bins = [of.bins.start, of.bins.end];
         let of = json!({"bins": bins, "low": of.low, "high": of.high, "below": of.below, "above": of.above, "whole": of.is_whole()});
-        add(&format!("shown_{name}"), of);
+        add(&format!("shown_{}", name.replace("position", "space")), of);
     }
     Value::Object(all)
 }

@@ -8,6 +8,7 @@ use crate::moved::{Answer, Evidence, Move, Movement, Place};
 
 pub(super) fn of(analysis: &Analysis) -> Value {
     let (axes, conventions) = (&analysis.axes, &analysis.conventions);
+    let units = axes.units();
     let edge = |how: BandEdge| with(json!(how), "edge", how.value());
     let (along_x, along_t) = (&analysis.along_space, &analysis.along_time);
     let front = analysis.front.as_ref();
@@ -27,8 +28,8 @@ pub(super) fn of(analysis: &Analysis) -> Value {
                 "time": axes.time.unit,
                 "space": axes.space.unit,
                 "value": analysis.unit,
-                "frequency": axes.frequency_unit(),
-                "wavenumber": axes.wavenumber_unit(),
+                "frequency": units.frequency,
+                "wavenumber": units.wavenumber,
             },
             "quantity": analysis.quantity,
         },

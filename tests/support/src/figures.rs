@@ -101,10 +101,19 @@ fn maps(analysis: &mut Analysis) -> [Option<&mut Map>; 5] {
 
 /// Everything, with short-time spectra at these times.
 fn request(times: &[f64]) -> Request {
+    let whole = ShowAxis::Interval {
+        low: f64::NEG_INFINITY,
+        high: f64::INFINITY,
+    };
     let mut request = Request {
         window_time: Window::Hann,
         window_space: Window::Hann,
-        show: Show::WHOLE,
+        show: Show {
+            frequency: whole,
+            wavenumber: whole,
+            time: whole,
+            space: whole,
+        },
         ..Request::default()
     };
     request.short_time.times = times.to_vec();
