@@ -11,7 +11,7 @@ use test_support::changed;
 use test_support::fields::TEMPORAL;
 use test_support::made::values;
 use wavecascade::analyze::{Request, filtered, plan, run};
-use wavecascade::arrays::Nowhere;
+use wavecascade::arrays::{LargeArray, Nowhere};
 use wavecascade::estimates::{
     Averaging, CoherenceRequest, DividedRequest, Part, Partial, SpectrumRequest, Tapers, coherence,
     combine, join, partial, spectrum,
@@ -318,7 +318,7 @@ fn only_sites_that_are_asked_for_are_decoded() {
     assert!(largest < 4 * n_sites, "{largest}");
     let highest = (0..n_times).flat_map(|n| (100..110).map(move |j| value(n, j)));
     let highest = highest.fold(f32::MIN, f32::max);
-    let seen = found.field_map.unwrap().values;
+    let seen = &found.maps[&LargeArray::SAMPLES].values;
     let seen = seen.iter().copied().fold(f32::MIN, f32::max);
     assert_eq!(seen, highest);
 

@@ -12,9 +12,12 @@ use super::request::Results;
 use crate::arrays::{Arrays, LargeArray, Sink};
 use crate::diagnostics::{Keep, Map, MapBuilder};
 use crate::error::Result;
+use crate::system::lock;
 
 /// Arrays of an analysis.
 impl LargeArray {
+    /// `(time, site)`: the field, of which there is a map alone.
+    pub const SAMPLES: LargeArray = LargeArray::new("samples", ["time", "position"]);
     /// `(frequency, site)`
     pub const TEMPORAL_SPECTRUM: LargeArray =
         LargeArray::new("temporal_spectrum", ["frequency", "position"]);
@@ -81,57 +84,68 @@ pub(super) struct Outputs<'a> {
 
 impl<'a> Outputs<'a> {
     pub fn new(plan: &Plan, sink: &'a dyn Sink) -> Result<Self> {
-        let mut maps = BTreeMap::new();
         for &(array, shape) in &plan.arrays {
             sink.reserve(array, shape)?;
-            let map = plan.map_builder(shape, keep(array));
-            maps.extend(map.map(|map| (array, Mutex::new(map))));
         }
+        let map = |(array, shape)| {
+            let (limit, keep) = (plan.map_limit(array, shape), keep(array));
+            (array, Mutex::new(MapBuilder::new(shape, limit, keep)))
+        };
+        let maps = plan.mapped().map(map).collect();
         Ok(Outputs { sink, maps })
     }
 
-    /// Passes on the block whose first number is that of this row and column. Blocks of an array come one at a time, so that
-    /// nobody waits for its map.
+    /// Passes on the block whose first number is that of this row and column.
     pub fn put(
         &self,
         array: LargeArray,
         (row, column): (usize, usize),
         block: ArrayView2<f64>,
     ) -> Result<()> {
-        if let Some(map) = self.maps.get(&array) {
-            let mut map = map.lock().unwrap_or_else(PoisonError::into_inner);
-            map.add(row, column, block);
-        }
+        self.show(array, (row, column), block);
         self.sink.put(array, row, column, block)
     }
 
-    /// The map of an array.
-    pub fn map(&mut self, array: LargeArray) -> Option<MapBuilder> {
-        let map = self.maps.remove(&array)?;
-        Some(map.into_inner().unwrap_or_else(PoisonError::into_inner))
+    /// Adds a block to its map alone. Blocks of an array come one at a time, so that nobody waits for it.
+    pub fn show(&self, array: LargeArray, (row, column): (usize, usize), block: ArrayView2<f64>) {
+        if let Some(map) = self.maps.get(&array) {
+            lock(map).add(row, column, block);
+        }
+    }
+
+    /// The maps with the parts of them that are shown; `label` says what they hold, and `unit` is that of the samples.
+    pub fn finish(
+        self,
+        axes: &Axes,
+        display: &Display,
+        label: impl Fn(LargeArray) -> String,
+        unit: f64,
+    ) -> BTreeMap<LargeArray, Map> {
+        let finish = |(array, map): (LargeArray, Mutex<MapBuilder>)| {
+            let map = map.into_inner().unwrap_or_else(PoisonError::into_inner);
+            let map = match array == LargeArray::SAMPLES {
+                true => map.times(unit),
+                false => map,
+            };
+            let sides = Side::of(array);
+            let [rows, columns] = sides.map(|side| display.part(side).bins.clone());
+            let labels = sides.map(|side| side.label(axes));
+            let along = |n: usize| {
+                let grid = sides[n].grid(axes);
+                (&*labels[n], grid.first, grid.step)
+            };
+            let part = Some(&(rows, columns));
+            let map = map.finish_with(part, label(array), along(0), along(1));
+            (array, map)
+        };
+        self.maps.into_iter().map(finish).collect()
     }
 }
 
-/// A map over these axes with the part of it that is shown.
-pub(super) fn finished(
-    map: MapBuilder,
-    sides: [Side; 2],
-    label: String,
-    (axes, display): (&Axes, &Display),
-) -> Map {
-    let [rows, columns] = sides.map(|side| display.part(side).bins.clone());
-    let labels = sides.map(|side| side.label(axes));
-    let along = |n: usize| {
-        let grid = sides[n].grid(axes);
-        (&*labels[n], grid.first, grid.step)
-    };
-    map.finish_with(Some(&(rows, columns)), label, along(0), along(1))
-}
-
-/// What maps of an array show: of fluxes, which have signs, the extremes.
+/// What maps of an array show: of what has signs, the extremes.
 pub(super) fn keep(array: LargeArray) -> Keep {
-    match array == LargeArray::KINETIC_FLUX_SURROGATE {
-        true => Keep::Extreme,
-        false => Keep::Largest,
+    match array {
+        LargeArray::SAMPLES | LargeArray::KINETIC_FLUX_SURROGATE => Keep::Extreme,
+        _ => Keep::Largest,
     }
 }

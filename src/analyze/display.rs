@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use super::axes::{Axes, Grid, Side};
-use super::columns::TemporalPassResult;
 use super::plan::Plan;
 use super::request::Request;
 use super::rows::SpatialPassResult;
-use super::spacetime::{ByDirection, Frequencies};
+use super::spacetime::ByDirection;
+use super::stages::FromRecords;
 use crate::error::{Error, Result};
 use crate::numeric::sum;
 
@@ -175,13 +175,9 @@ pub(super) fn check(request: &Request, axes: &Axes) -> Result<()> {
 
 impl Display {
     /// The display limits of what the passes found.
-    pub(super) fn find(
-        plan: &Plan,
-        columns: Option<&TemporalPassResult>,
-        rows: &SpatialPassResult,
-        spacetime: Option<&Frequencies>,
-    ) -> Display {
+    pub(super) fn find(plan: &Plan, records: &FromRecords, rows: &SpatialPassResult) -> Display {
         let axes = &plan.axes;
+        let (columns, spacetime) = (records.columns.as_ref(), records.spacetime.as_ref());
         let of_both = spacetime.map(|found| &found.wavenumber_energies[..]);
         let folded = of_both.map(|both| folded(both, axes.wavenumber.len()));
         let by_direction = spacetime.map(|found| found.directions.iter());

@@ -1,8 +1,9 @@
 //! Names of powers, with their units.
 
-use super::{Analysis, Axes};
+use super::Analysis;
+use super::axes::{Axes, Side};
 use crate::arrays::LargeArray;
-use crate::sheet::Units;
+use crate::sheet::{Role, Units};
 use crate::transform::Scaling;
 use crate::unit::{self, compose, label};
 
@@ -37,31 +38,9 @@ impl Power {
     /// Of a large array of an analysis.
     pub fn of_array(&self, array: LargeArray) -> String {
         match array {
-            LargeArray::TEMPORAL_SPECTRUM => self.over_frequency(),
-            LargeArray::SPATIAL_SPECTRUM => self.over_wavenumber(),
-            LargeArray::SPACETIME_SPECTRUM => self.over_both(),
-            _ => self.flux(),
+            LargeArray::KINETIC_FLUX_SURROGATE => self.flux(),
+            _ => self.density(&Side::of(array)),
         }
-    }
-
-    /// S(f, x), or a short-time spectrum: over frequency.
-    pub fn over_frequency(&self) -> String {
-        self.density(&[&self.square, &self.units.time], &[&self.units.frequency])
-    }
-
-    /// S(k, t), or a short-space spectrum: over wavenumber.
-    pub fn over_wavenumber(&self) -> String {
-        self.density(
-            &[&self.square, &self.units.space],
-            &[&self.units.wavenumber],
-        )
-    }
-
-    /// S(k, f): over both.
-    fn over_both(&self) -> String {
-        let of = &self.units;
-        let over = [&self.square, &of.time, &of.space];
-        self.density(&over.map(|unit| &**unit), &[&of.frequency, &of.wavenumber])
     }
 
     /// `Pi_K(k, t)`: half of `v^2 dx` a unit of time, so per unit of mass.
@@ -70,29 +49,37 @@ impl Power {
         label("kinetic flux surrogate per unit mass", &unit)
     }
 
-    /// The integral of a site's spectrum over frequency.
-    pub fn of_site(&self) -> String {
-        self.energy(&self.units.time)
-    }
-
-    /// The integral of a time's spectrum over wavenumber.
-    pub fn of_time(&self) -> String {
-        self.energy(&self.units.space)
-    }
-
-    /// Spectral density over bins, of the square times lengths.
-    fn density(&self, over: &[&str], bins: &[&str]) -> String {
+    /// Spectral density over those of the axes that count bins.
+    pub fn density(&self, sides: &[Side]) -> String {
+        let bins = sides.iter().filter_map(|side| self.of_bins(*side));
+        let (lengths, bins): (Vec<&str>, Vec<&str>) = bins.unzip();
+        let square = &[&self.square[..]];
         match self.scaling {
-            Scaling::Energy => label("energy spectral density", &compose(over, bins)),
-            Scaling::Density => label("power spectral density", &compose(&over[..1], bins)),
+            Scaling::Energy => {
+                let over = [square, &lengths[..]].concat();
+                label("energy spectral density", &compose(&over, &bins))
+            }
+            Scaling::Density => label("power spectral density", &compose(square, &bins)),
             Scaling::Spectrum => label("power spectrum", &self.square),
         }
     }
 
-    fn energy(&self, length: &str) -> String {
+    /// The integral of a spectrum over the bins of an axis.
+    pub fn energy(&self, bins: Side) -> String {
+        let length = self.of_bins(bins).map_or("", |(length, _)| length);
         match self.scaling {
             Scaling::Energy => label("energy", &compose(&[&self.square, length], &[])),
             Scaling::Density | Scaling::Spectrum => label("mean square", &self.square),
+        }
+    }
+
+    /// Units of what is transformed to bins, and of these.
+    fn of_bins(&self, side: Side) -> Option<(&str, &str)> {
+        let of = &self.units;
+        match side.role() {
+            Role::Frequency => Some((&of.time, &of.frequency)),
+            Role::Wavenumber => Some((&of.space, &of.wavenumber)),
+            Role::Time | Role::Position => None,
         }
     }
 }

@@ -243,7 +243,8 @@ impl Ridges {
     /// The spectrum, with the curves over it.
     pub(crate) fn map(&self) -> Option<Chart> {
         let analysis = &self.analysis;
-        let map = analysis.spacetime_map.as_ref()?.shown();
+        let map = analysis.maps.get(&LargeArray::SPACETIME_SPECTRUM)?;
+        let map = map.shown();
         Some(Chart {
             title: "space-time spectrum S(k, f)".into(),
             caption: "Power by wavenumber and frequency; positive wavenumbers travel towards +x."

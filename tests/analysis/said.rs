@@ -7,7 +7,7 @@ use ndarray::Array2;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use wavecascade::analyze::{Analysis, Request, Results, ShowAxis, TimeRange, analyze};
-use wavecascade::arrays::Precision;
+use wavecascade::arrays::{LargeArray, Precision};
 use wavecascade::budget::answer_of_run;
 use wavecascade::chain::scene::{SceneSource, Setting, preset};
 use wavecascade::field::{Field, OpenOptions};
@@ -387,7 +387,7 @@ fn all_of(analysis: &Analysis) -> Value {
         "told",
         json!(analysis.undirected.map(|reason| reason.code())),
     );
-    let field = analysis.field_map.as_ref();
+    let field = analysis.maps.get(&LargeArray::SAMPLES);
     add(
         "shown_field",
         json!(field.map(|map| map.shown().values.dim())),

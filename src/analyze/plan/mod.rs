@@ -7,13 +7,14 @@ use std::ops::Range;
 
 use serde::Serialize;
 
+use super::arrays::keep;
 use super::axes::Axes;
 use super::dispersion::{self, DispersionCurve};
 use super::request::Request;
 use super::result::Conventions;
 use super::{display, short_time};
 use crate::arrays::{LargeArray, Precision};
-use crate::diagnostics::{Bins, Keep, MAP_LIMIT, MapBuilder};
+use crate::diagnostics::{Bins, MAP_LIMIT};
 use crate::error::{Error, Result};
 use crate::field::{Axis, Field, Quantity};
 use crate::prepare::{Tiles, survey_bytes};
@@ -318,16 +319,17 @@ impl Plan {
         }
     }
 
-    /// Collects a map of an array of `shape`, where maps are wanted.
-    pub(super) fn map_builder(&self, shape: (usize, usize), keep: Keep) -> Option<MapBuilder> {
-        let limit = self.map_limit(shape, keep);
-        let is_wanted = self.request.maps;
-        is_wanted.then(|| MapBuilder::new(shape, limit, keep))
+    /// Arrays of which there are maps, with their shapes; none without figures.
+    pub(super) fn mapped(&self) -> impl Iterator<Item = (LargeArray, (usize, usize))> {
+        let samples = LargeArray::SAMPLES;
+        let arrays = self.arrays.iter().copied();
+        let all = arrays.chain([(samples, self.axes.shape(samples))]);
+        all.filter(|_| self.request.maps)
     }
 
-    fn map_limit(&self, shape: (usize, usize), keep: Keep) -> (usize, usize) {
+    pub(super) fn map_limit(&self, array: LargeArray, shape: (usize, usize)) -> (usize, usize) {
         match self.has_fine_maps {
-            true => keep.fine_limit(shape),
+            true => keep(array).fine_limit(shape),
             false => MAP_LIMIT,
         }
     }

@@ -2,33 +2,31 @@
 
 use super::super::axes::Side;
 use super::super::labels::Power;
-use super::super::{Analysis, Moments, ShortTimeSpectra};
+use super::super::{Analysis, Moments};
 use crate::sheet::Sheet;
 use crate::unit;
 
 pub(super) fn add<'a>(analysis: &'a Analysis, sheet: &mut Sheet<'a>) {
     let axes = &analysis.axes;
-    let unit = |side: Side| side.array_unit(axes);
+    let unit_of = |side: Side| side.array_unit(axes);
     for side in Side::ALL {
         let values = side.coordinates(axes);
-        sheet.line(side.name(), side.name(), &unit(side), values);
+        sheet.line(side.name(), side.name(), &unit_of(side), values);
     }
-    let power = Power::of(analysis);
-    let of_site = (&analysis.along_space, power.of_site());
-    let of_time = (&analysis.along_time, power.of_time());
-    for ((moments, energy), sides) in [
-        (of_site, [Side::Frequency, Side::Space]),
-        (of_time, [Side::Wavenumber, Side::Time]),
+    for (moments, sides) in [
+        (&analysis.along_space, [Side::Frequency, Side::Space]),
+        (&analysis.along_time, [Side::Wavenumber, Side::Time]),
     ] {
         if let Some(moments) = moments {
-            measures(sheet, sides, [&unit(sides[0]), &energy], moments);
+            let energy = Power::of(analysis).energy(sides[0]);
+            measures(sheet, sides, [&unit_of(sides[0]), &energy], moments);
         }
     }
     if let Some(front) = &analysis.front {
         sheet.line(
             "front_arrival",
             "position",
-            &unit(Side::Time),
+            &unit_of(Side::Time),
             &front.arrival,
         );
         let low: Vec<f64> = front.high_share.iter().map(|high| 1.0 - high).collect();
@@ -43,7 +41,7 @@ pub(super) fn add<'a>(analysis: &'a Analysis, sheet: &mut Sheet<'a>) {
     if let [first, ..] = &analysis.dispersion[..] {
         // The dispersion curves share their wavenumbers.
         let along = "dispersion_wavenumber";
-        let [f, k] = [Side::Frequency, Side::Wavenumber].map(unit);
+        let [f, k] = [Side::Frequency, Side::Wavenumber].map(unit_of);
         sheet.line(along, along, &k, &first.wavenumber);
         let branches = analysis.dispersion.iter().flat_map(|curve| &curve.branches);
         let count = branches.clone().count();
@@ -54,23 +52,28 @@ pub(super) fn add<'a>(analysis: &'a Analysis, sheet: &mut Sheet<'a>) {
         let values: Vec<f64> = branches.flatten().copied().collect();
         sheet.variable("dispersion_frequency", &dimensions, &f, values);
     }
-    for (name, spectra, label, sides) in [
+    for (name, spectra, sides) in [
         (
             "short_time",
             &analysis.short_time,
-            power.over_frequency(),
             [Side::Space, Side::Frequency, Side::Time],
         ),
         (
             "short_space",
             &analysis.short_space,
-            power.over_wavenumber(),
             [Side::Time, Side::Wavenumber, Side::Space],
         ),
     ] {
-        if let Some(spectra) = spectra {
-            let axes = sides.map(|side| (side.name(), unit(side)));
-            short(sheet, name, axes, &label, spectra);
+        let Some(spectra) = spectra else { continue };
+        let places = [&spectra.at, &spectra.bins, &spectra.frames];
+        let names = sides.map(|side| format!("{name}_{}", side.name()));
+        let dimensions = [0, 1, 2].map(|n| (&*names[n], places[n].len()));
+        let label = Power::of(analysis).density(&sides);
+        let values = spectra.values.as_slice().expect("whole");
+        let name = format!("{name}_spectrum");
+        sheet.variable(&name, &dimensions, unit::split(&label).1, values);
+        for n in [1, 2, 0] {
+            sheet.line(&names[n], &names[n], &unit_of(sides[n]), places[n]);
         }
     }
 }
@@ -94,28 +97,4 @@ fn measures<'a>(sheet: &mut Sheet<'a>, sides: [Side; 2], [bin, energy]: [&str; 2
     ] {
         sheet.line(&name, axis, unit, values);
     }
-}
-
-/// Short-time spectra `name`, whose axes have these names and units.
-fn short<'a>(
-    sheet: &mut Sheet<'a>,
-    name: &str,
-    axes: [(&str, String); 3],
-    label: &str,
-    spectra: &'a ShortTimeSpectra,
-) {
-    let each = spectra.spectra.iter();
-    let places: Vec<f64> = each.clone().map(|one| one.at).collect();
-    let values: Vec<f64> = each.flat_map(|one| one.values.iter().copied()).collect();
-    let [place, bin, frame] = axes.map(|(axis, unit)| (format!("{name}_{axis}"), unit));
-    let dimensions = [
-        (&*place.0, places.len()),
-        (&*bin.0, spectra.bins.len()),
-        (&*frame.0, spectra.frames.len()),
-    ];
-    let name = format!("{name}_spectrum");
-    sheet.variable(&name, &dimensions, unit::split(label).1, values);
-    sheet.line(&bin.0, &bin.0, &bin.1, &spectra.bins);
-    sheet.line(&frame.0, &frame.0, &frame.1, &spectra.frames);
-    sheet.line(&place.0, &place.0, &place.1, places);
 }
