@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::ArrayView2;
 
 use super::axes::{Axes, Side};
 use super::display::Display;
 use super::plan::Plan;
 use super::request::Results;
-use crate::arrays::{Arrays, LargeArray, Sink};
+use crate::arrays::{LargeArray, Sink};
 use crate::diagnostics::{Keep, Map, MapBuilder};
 use crate::error::Result;
 use crate::system::lock;
@@ -47,30 +47,6 @@ impl Results {
             LargeArray::SPATIAL_SPECTRUM => self.spatial,
             LargeArray::SPACETIME_SPECTRUM => self.spacetime,
             _ => self.flux_surrogate,
-        }
-    }
-}
-
-/// The large arrays in memory; `None` if not requested.
-#[derive(Debug, Clone, Default)]
-pub struct Spectra {
-    /// `S(f, x)`, `(frequency, site)`, one-sided.
-    pub temporal: Option<Array2<f64>>,
-    /// `S(k, t)`, `(time, wavenumber)`, one-sided.
-    pub spatial: Option<Array2<f64>>,
-    /// `S(k, f)`, `(frequency, signed wavenumber)`, one-sided in f.
-    pub spacetime: Option<Array2<f64>>,
-    /// `Pi_K(k, t)`, `(time, wavenumber)`.
-    pub flux_surrogate: Option<Array2<f64>>,
-}
-
-impl Spectra {
-    pub(crate) fn from(mut arrays: Arrays) -> Spectra {
-        Spectra {
-            temporal: arrays.remove(&LargeArray::TEMPORAL_SPECTRUM),
-            spatial: arrays.remove(&LargeArray::SPATIAL_SPECTRUM),
-            spacetime: arrays.remove(&LargeArray::SPACETIME_SPECTRUM),
-            flux_surrogate: arrays.remove(&LargeArray::KINETIC_FLUX_SURROGATE),
         }
     }
 }

@@ -33,6 +33,12 @@ impl Axes {
         (0..self.n_sites).map(|j| self.space.at(j)).collect()
     }
 
+    /// The row of the time nearest to `t`.
+    pub(super) fn row_at(&self, t: f64) -> usize {
+        let index = ((t - self.time.origin) / self.time.step).round().max(0.0);
+        (index as usize).min(self.n_times.saturating_sub(1))
+    }
+
     /// In words where they are not known.
     pub(crate) fn units(&self) -> Units {
         Units::in_words(&self.time, &self.space, None)

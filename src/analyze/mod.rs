@@ -33,7 +33,6 @@ pub use crate::prepare::channel_findings;
 pub use crate::sheet::Warning;
 pub use crate::transform::Scaling;
 pub use along::Headline;
-pub use arrays::Spectra;
 pub use axes::Axes;
 pub(crate) use dispersion::formula_values;
 pub use dispersion::{Constants, Dispersion, DispersionCurve, parse_constants};
@@ -43,9 +42,3 @@ pub use plan::{Blocks, Plan, PlanSummary, PlannedStage, plan};
 pub use request::{Request, Results, ShortTime, TimeRange, Welch};
 pub use result::*;
 pub use run::{analyze, run};
-
-/// Index of the sample nearest to `at`, within `count`.
-fn nearest(axis: &crate::field::Axis, at: f64, count: usize) -> usize {
-    let index = ((at - axis.origin) / axis.step).round().max(0.0);
-    (index as usize).min(count.saturating_sub(1))
-}

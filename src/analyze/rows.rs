@@ -11,7 +11,7 @@ use super::quality::Ends;
 use super::stages::Stages;
 use super::worker::Worker;
 use crate::arrays::LargeArray;
-use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
+use crate::diagnostics::{Bins, SpectrumMoments};
 use crate::error::Result;
 use crate::numeric::lanes;
 use crate::prepare::Prepared;
@@ -191,8 +191,7 @@ impl<T: Real> SpatialPass<'_, T> {
                     *p = powers.0[lane] * self.stored;
                 }
             }
-            let rows = interleaved_moments(&worker.power, &self.bins, self.edge);
-            found.extend(rows.into_iter().zip(worker.energies.iter().copied()));
+            found.extend(worker.measured(&self.bins, self.edge));
         }
         ends.zip(found.into_iter().map(Some)).collect()
     }

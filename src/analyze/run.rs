@@ -16,8 +16,8 @@ use super::result::*;
 use super::rows::SpatialPassResult;
 use super::spacetime::ByDirection;
 use super::stages::{Clock, FromProfiles, FromRecords, Stages};
-use super::{Spectra, Warning, answer, front};
-use crate::arrays::{Collect, LargeArray, Precision, Sink};
+use super::{Warning, answer, front};
+use crate::arrays::{Arrays, Collect, LargeArray, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
 use crate::field::Field;
@@ -29,14 +29,14 @@ use crate::sheet::number;
 use crate::transform::Real;
 use crate::unit::label;
 
-/// Analyses a field that fits in memory: plan, run, collect.
+/// Analyses a field that fits in memory: plan, run, collect. Arrays that are not requested are absent.
 ///
 /// # Errors
 /// As [`plan`], and [`crate::Error::NonFinite`].
-pub fn analyze(field: &Field, request: &Request) -> Result<(Analysis, Spectra)> {
+pub fn analyze(field: &Field, request: &Request) -> Result<(Analysis, Arrays)> {
     let collect = Collect::default();
     let analysis = run(field, &plan(field, request)?, &collect, &Silent)?;
-    Ok((analysis, Spectra::from(collect.into_arrays())))
+    Ok((analysis, collect.into_arrays()))
 }
 
 /// Carries out `plan` on the field for which it was made; large arrays go to `sink` block by block.

@@ -45,8 +45,7 @@ pub(super) fn along_space<T: Real>(all: &Stages) -> Result<Option<ShortTimeSpect
     if asked.is_empty() {
         return Ok(None);
     }
-    let nearest = |&t: &f64| super::nearest(&axes.time, t, axes.n_times);
-    let times = asked.iter().map(nearest).collect();
+    let times = asked.iter().map(|t| axes.row_at(*t)).collect();
     let segments = plan.short_time[1];
     let n = segments.length;
     let scale =

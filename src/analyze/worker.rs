@@ -7,6 +7,7 @@ use num_complex::Complex;
 
 use super::columns::AlongTime;
 use super::stages::Stages;
+use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
 use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, on_lines, widest};
 use crate::prepare::{Detrend, Trend};
 use crate::system::prefetch::{LINE, prefetch_after};
@@ -97,6 +98,12 @@ impl<T: Real> Worker<T> {
             is_first,
             factor,
         });
+    }
+
+    /// Measures of each spectrum, with the energy of its record.
+    pub fn measured(&self, bins: &Bins, edge: f64) -> Vec<(SpectrumMoments, f64)> {
+        let rows = interleaved_moments(&self.power, bins, edge).into_iter();
+        rows.zip(self.energies.iter().copied()).collect()
     }
 
     /// The power spectrum of the first record.

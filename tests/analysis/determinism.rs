@@ -3,8 +3,8 @@
 use ndarray::Array2;
 use test_support::changed;
 use test_support::fields::{TEMPORAL, asking, segments};
-use wavecascade::analyze::{Analysis, Request, Spectra, plan};
-use wavecascade::arrays::Precision;
+use wavecascade::analyze::{Analysis, Request, plan};
+use wavecascade::arrays::{Arrays, Precision};
 use wavecascade::plot::{Format, Style};
 use wavecascade::prepare::{Detrend, Gaps, Window};
 use wavecascade::report::{Provenance, sheet_html};
@@ -43,14 +43,8 @@ fn requests() -> Vec<Request> {
     vec![plain, welch, single]
 }
 
-fn bits(spectra: &Spectra, analysis: &Analysis) -> Vec<u64> {
-    let arrays = [
-        &spectra.temporal,
-        &spectra.spatial,
-        &spectra.spacetime,
-        &spectra.flux_surrogate,
-    ];
-    let large = arrays.into_iter().flatten().flatten().copied();
+fn bits(spectra: &Arrays, analysis: &Analysis) -> Vec<u64> {
+    let large = spectra.values().flatten().copied();
     let sheet = analysis.describe();
     let small = sheet.variables.iter().flat_map(|of| of.values.iter());
     let d = analysis.direction.map(|d| [d.toward_plus_x, d.undirected]);

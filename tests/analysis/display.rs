@@ -48,43 +48,22 @@ fn compare(map: &Map, array: ArrayView2<f64>, (y, dy): (f64, f64), (x, dx): (f64
 fn maps_and_their_details_are_what_blocks_of_the_arrays_give() {
     for shape in [(20_000, 70), (300, 700), (200, 40)] {
         let field = geometric(shape, 0.9, 30);
-        let (analysis, spectra) = analyze(&field, &Request::default()).unwrap();
+        let (analysis, mut spectra) = analyze(&field, &Request::default()).unwrap();
         let axes = &analysis.axes;
         let [df, dk] = [axes.frequency[1], axes.wavenumber[1]];
         let signed = (axes.wavenumber_signed[0], dk);
         let mut samples = vec![0.0; shape.0 * shape.1];
         field.read_time_major(0..shape.0, 0..shape.1, &mut samples);
         let samples = Array2::from_shape_vec(shape, samples).unwrap();
-        let one = (0.0, 1.0);
-        let arrays = [
-            (LargeArray::SAMPLES, Some(samples), one, one),
-            (
-                LargeArray::TEMPORAL_SPECTRUM,
-                spectra.temporal,
-                (0.0, df),
-                one,
-            ),
-            (
-                LargeArray::SPATIAL_SPECTRUM,
-                spectra.spatial,
-                one,
-                (0.0, dk),
-            ),
-            (
-                LargeArray::SPACETIME_SPECTRUM,
-                spectra.spacetime,
-                (0.0, df),
-                signed,
-            ),
-            (
-                LargeArray::KINETIC_FLUX_SURROGATE,
-                spectra.flux_surrogate,
-                one,
-                (0.0, dk),
-            ),
-        ];
-        for (array, values, y, x) in arrays {
-            let (map, values) = (&analysis.maps[&array], values.unwrap());
+        spectra.insert(LargeArray::SAMPLES, samples);
+        for (array, values) in spectra {
+            let map = &analysis.maps[&array];
+            let [y, x] = array.axes().map(|axis| match axis {
+                "frequency" => (0.0, df),
+                "wavenumber" => (0.0, dk),
+                "wavenumber_signed" => signed,
+                _ => (0.0, 1.0),
+            });
             compare(map, values.view(), y, x);
             if let Some(detail) = &map.detail {
                 compare(detail, values.view(), y, x);

@@ -338,22 +338,17 @@ impl Plan {
     fn list_stages(&mut self) {
         let (nt, nx) = (self.axes.n_times, self.axes.n_sites);
         let item = self.complex_bytes() / 2;
-        let bytes_of = |chosen: &[LargeArray]| {
-            let arrays = self
-                .arrays
-                .iter()
-                .filter(|(array, _)| chosen.contains(array));
+        let bytes_of = |chosen: LargeArray| {
+            let arrays = self.arrays.iter().filter(|(array, _)| *array == chosen);
             arrays
                 .map(|(_, (rows, columns))| (rows * columns) as u64 * item)
                 .sum::<u64>()
         };
         let field_bytes = 8 * (nt * nx) as u64;
         let between = self.between_rows() as u64 * nx as u64 * self.complex_bytes();
-        let temporal = bytes_of(&[LargeArray::TEMPORAL_SPECTRUM]);
-        let spatial = [
-            LargeArray::SPATIAL_SPECTRUM,
-            LargeArray::KINETIC_FLUX_SURROGATE,
-        ];
+        let temporal = bytes_of(LargeArray::TEMPORAL_SPECTRUM);
+        let spatial =
+            bytes_of(LargeArray::SPATIAL_SPECTRUM) + bytes_of(LargeArray::KINETIC_FLUX_SURROGATE);
         let spacetime = self.request.results.spacetime;
         let [time, space] = [self.conventions.padded_time, self.conventions.padded_space];
         let stage = |stage, transforms: usize, length, bytes: [u64; 2]| PlannedStage {
@@ -370,13 +365,11 @@ impl Plan {
             stages.push(stage("along time", records, time, bytes));
         }
         let is_made = usize::from(self.transforms_space());
-        let bytes = [field_bytes, bytes_of(&spatial)];
+        let bytes = [field_bytes, spatial];
         stages.push(stage("along space", is_made * nt, is_made * space, bytes));
         if spacetime {
-            let bytes = [
-                between,
-                bytes_of(&[LargeArray::SPACETIME_SPECTRUM]) + temporal,
-            ];
+            let written = bytes_of(LargeArray::SPACETIME_SPECTRUM) + temporal;
+            let bytes = [between, written];
             stages.push(stage("space-time", self.between_rows(), space, bytes));
         }
         self.stages = stages;

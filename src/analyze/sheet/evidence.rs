@@ -4,7 +4,7 @@ use super::answer::{Words, both};
 use crate::analyze::Analysis;
 use crate::analyze::axes::{Axes, Side};
 use crate::moved::{Evidence, GroupSpectrum, Movement, Place, Verdict};
-use crate::sheet::{BLUE, Chart, FigureLayout, Mark, PlotRow, Series, VERMILLION, Weight, around};
+use crate::sheet::{BLUE, Chart, FigureLayout, Mark, Series, VERMILLION, Weight, around};
 
 /// Groups drawn at most, beside those compared.
 const THIN: usize = 6;
@@ -39,7 +39,6 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<FigureLayout> {
         captions: [PROFILE_ALONG_X, MOVED_ALONG_X],
         along: Side::Space,
         label: Side::Frequency,
-        symbol: "f",
         evidence,
         of: f,
         marks: moved(f, both(f, |f| words.frequency(f))),
@@ -55,7 +54,6 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<FigureLayout> {
         captions: [PROFILE_IN_TIME, MOVED_IN_TIME],
         along: Side::Time,
         label: Side::Wavenumber,
-        symbol: "k",
         evidence,
         of: k,
         marks: moved(k, both(k, |k| words.wavenumber(k))),
@@ -110,8 +108,6 @@ struct Curves<'a> {
     captions: [&'static str; 2],
     along: Side,
     label: Side,
-    /// Of frequency or wavenumber.
-    symbol: &'static str,
     evidence: &'a Evidence,
     of: &'a Movement,
     marks: Vec<Mark>,
@@ -120,12 +116,7 @@ struct Curves<'a> {
 
 impl Curves<'_> {
     fn figure(self) -> FigureLayout {
-        FigureLayout {
-            name: self.name,
-            rows: vec![PlotRow::of([self.profile(), self.spectra()])],
-            is_on_page_only: true,
-            ..FigureLayout::default()
-        }
+        FigureLayout::on_page(self.name, [self.profile(), self.spectra()])
     }
 
     fn chart(&self, n: usize, side: Side, y: &str, series: Vec<Series>) -> Chart {
@@ -197,7 +188,7 @@ impl Curves<'_> {
         let compared_curves = compared_curves
             .map(|(rank, &n)| curve(n, Weight::Bold, between(rank, 0, bold.len() - 1)));
         let series = others.chain(compared_curves).chain(self.gaps()).collect();
-        let label = format!("share of energy up to {}", self.symbol);
+        let label = format!("share of energy up to {}", self.label.role().words()[1]);
         let (log_x, [low, high], not_shown) = self.axis(&compared);
         Chart {
             log_x,

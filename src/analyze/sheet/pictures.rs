@@ -120,12 +120,7 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<FigureLayout> {
     let direction = direction(analysis);
     let direction =
         direction.filter(|_| !analysis.maps.contains_key(&LargeArray::SPACETIME_SPECTRUM));
-    let direction = direction.map(|chart| FigureLayout {
-        name: "direction",
-        rows: vec![PlotRow::of([chart])],
-        is_on_page_only: true,
-        ..FigureLayout::default()
-    });
+    let direction = direction.map(|chart| FigureLayout::on_page("direction", [chart]));
     maps.chain(short.filter_map(Short::figure))
         .chain(content)
         .chain(direction)
