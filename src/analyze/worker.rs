@@ -55,14 +55,9 @@ impl<T: Real> Worker<T> {
                 self.detrended(of.stages, &sites, (span, values), &mut detrended);
                 values = &detrended;
             }
-            let factor = |m| {
-                if s + 1 == step {
-                    mean * fold(m, n)
-                } else {
-                    1.0
-                }
-            };
-            self.add(shape, kept, (s == 0, factor), |spectra, scratch| {
+            let (is_first, is_last) = (s == 0, s + 1 == step);
+            let factor = |m| if is_last { mean * fold(m, n) } else { 1.0 };
+            self.add(shape, kept, (is_first, factor), |spectra, scratch| {
                 transform.transform_columns(values, spectra, scratch)
             });
             self.segments = detrended;

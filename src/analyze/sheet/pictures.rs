@@ -409,12 +409,9 @@ impl Short<'_> {
     fn known(&self, values: ArrayView2<f64>) -> Array2<f32> {
         let error = self.analysis.sample_error.unwrap_or(0.0);
         let least = error * error * self.spectra.largest();
-        let known = |value: f64| {
-            if value >= least {
-                value as f32
-            } else {
-                f32::NAN
-            }
+        let known = |value: f64| match value >= least {
+            true => value as f32,
+            false => f32::NAN,
         };
         block_extremes(values, SHORT_LIMIT).mapv(known)
     }
