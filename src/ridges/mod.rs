@@ -299,7 +299,7 @@ pub fn ridges(
     if fields.len() > 1 {
         let count = fields.len() as f64;
         power.par_mapv_inplace(|p| p / count);
-        if let Some(map) = &mut analysis.spacetime_map {
+        if let Some(map) = analysis.maps.get_mut(&LargeArray::SPACETIME_SPECTRUM) {
             let mut builder = MapBuilder::largest(power.dim(), MAP_LIMIT);
             builder.add(0, 0, power.view());
             let axes = &analysis.axes;

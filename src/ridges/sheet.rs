@@ -3,7 +3,10 @@
 use serde_json::json;
 
 use super::{Ridge, RidgeCut, RidgeFit, RidgePoint, Ridges};
-use crate::analyze::{DispersionCurve, labels};
+use crate::analyze::DispersionCurve;
+use crate::analyze::axes::Side;
+use crate::analyze::labels::Power;
+use crate::arrays::LargeArray;
 use crate::numeric::sorted;
 use crate::sheet::{
     BLUE, Chart, Column, Describe, Look, PlotRow, Role, Series, Sheet, Units, VERMILLION, name_of,
@@ -212,7 +215,7 @@ impl Ridges {
     fn variables(&self, sheet: &mut Sheet) {
         let axes = &self.analysis.axes;
         let units = Units::of(&axes.time, &axes.space, None);
-        let density = labels::Power::of(&self.analysis).over_both();
+        let density = Power::of(&self.analysis).of_array(LargeArray::SPACETIME_SPECTRUM);
         let ridges = self.ridges.iter();
         let ridges = ridges.flat_map(|ridge| ridge.points.iter().map(move |_| ridge));
         let of_ridges: [Column<Ridge>; 2] = [
@@ -240,7 +243,8 @@ impl Ridges {
     /// The spectrum, with the curves over it.
     pub(crate) fn map(&self) -> Option<Chart> {
         let analysis = &self.analysis;
-        let map = analysis.spacetime_map.as_ref()?.shown();
+        let map = analysis.maps.get(&LargeArray::SPACETIME_SPECTRUM)?;
+        let map = map.shown();
         Some(Chart {
             title: "space-time spectrum S(k, f)".into(),
             caption: "Power by wavenumber and frequency; positive wavenumbers travel towards +x."
@@ -271,7 +275,7 @@ impl Ridges {
         let group = series("group", VERMILLION, |p| {
             [p.frequency, p.group_velocity, p.group_velocity_error]
         });
-        let frequency = labels::frequency(&self.analysis.axes);
+        let frequency = Side::Frequency.label(&self.analysis.axes);
         let velocity = label("velocity", &self.words().velocity);
         (self.points().next())
             .map(|_| Chart::of("velocities", frequency, velocity, vec![phase, group]).about_zero())
