@@ -57,6 +57,6 @@ pub(super) fn finished(
         let (unit, label, y, x) = shown.next()?;
         let part = (y.3.bins.clone(), x.3.bins.clone());
         let map = map?.times(unit);
-        Some(map.finish_with(Some(&part), label, (y.0, y.1, y.2), (x.0, x.1, x.2)))
+        Some(map.finish(Some(&part), label, (y.0, y.1, y.2), (x.0, x.1, x.2)))
     })
 }

@@ -20,7 +20,7 @@ use ndarray::Array2;
 
 use crate::analyze::{self, Analysis, DispersionCurve, Request, Results, Scaling, Welch};
 use crate::arrays::{Collect, LargeArray};
-use crate::diagnostics::{MAP_LIMIT, MapBuilder};
+use crate::diagnostics::{Keep, MAP_LIMIT, MapBuilder};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{FILLED, Realisations, TOGETHER, steadiness_of_field};
 use crate::estimates::{Averaging, Independence, Tapers, check_significance, first_of};
@@ -298,14 +298,14 @@ pub fn ridges(
         let count = fields.len() as f64;
         power.par_mapv_inplace(|p| p / count);
         if let Some(map) = &mut analysis.spacetime_map {
-            let mut builder = MapBuilder::largest(power.dim(), MAP_LIMIT);
+            let mut builder = MapBuilder::new(power.dim(), MAP_LIMIT, Keep::Largest);
             builder.add(0, 0, power.view());
             let axes = &analysis.axes;
             let step = |bins: &[f64]| bins.get(1).copied().unwrap_or(1.0);
             let lowest = axes.wavenumber_signed.first().copied().unwrap_or(0.0);
             let y = (&map.y.label[..], 0.0, step(&axes.frequency));
             let x = (&map.x.label[..], lowest, step(&axes.wavenumber));
-            *map = builder.finish(map.label.clone(), y, x);
+            *map = builder.finish(None, map.label.clone(), y, x);
         }
         analysis.direction_by_frequency = None;
     }

@@ -166,9 +166,7 @@ impl<T: Real> RecordTransform<T> {
             self.taper.add_mean(mean, spectrum.iter_mut());
         }
     }
-}
 
-impl RecordTransform<f64> {
     /// The spectra alone of `width` interleaved records, bin by bin, in `scratch`, with the bits of
     /// [`Self::transform`].
     ///
@@ -178,8 +176,8 @@ impl RecordTransform<f64> {
         &self,
         rows: &[f64],
         width: usize,
-        scratch: &'s mut RecordScratch<f64>,
-    ) -> &'s [Complex<f64>] {
+        scratch: &'s mut RecordScratch<T>,
+    ) -> &'s [Complex<T>] {
         let (bins, mut spectra) = (self.bins(), std::mem::take(&mut scratch.spectra));
         let room = on_lines(&mut spectra, width * bins);
         let output = ArrayViewMut2::from_shape((bins, width), room);
