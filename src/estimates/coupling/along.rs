@@ -134,7 +134,7 @@ impl Pass<'_> {
         });
         let shared = self.realisations.shared_bins();
         let found = found.map(|((found, steadiness), evenness)| {
-            let evenness = evenness.least(shared, true);
+            let evenness = evenness.least(shared);
             (found, self.independence(steadiness, evenness))
         });
         let columns: Vec<(Vec<Found>, Independence)> = found.collect();

@@ -147,8 +147,7 @@ impl<'a> Pass<'a> {
         map: &TripleSums,
         tiles: Vec<TileSums>,
     ) -> Bicoherence {
-        let is_one_site = self.request.site == self.request.output();
-        let evenness = evenness.least(self.realisations.shared_bins(), is_one_site);
+        let evenness = evenness.least(self.realisations.shared_bins());
         let least = map.least();
         let segments = self.realisations.segments;
         let mut bins = Vec::with_capacity(self.triples.cells());
