@@ -1,6 +1,6 @@
 //! A field filtered in frequency and wavenumber.
 
-use ndarray::{ArrayView2, ArrayViewMut2, s};
+use ndarray::{ArrayView2, ArrayViewMut2, Axis, s};
 use num_complex::Complex;
 
 use super::intermediate::SpillFile;
@@ -274,11 +274,8 @@ fn whole<'a, T>(values: &'a mut ArrayViewMut2<T>) -> &'a mut [T] {
 
 /// `sum v^2` of each site, in the order of time.
 fn energies(values: ArrayView2<f64>) -> Vec<f64> {
-    let mut sums = vec![0.0; values.ncols()];
-    for row in values.rows() {
-        sums.iter_mut().zip(row).for_each(|(sum, v)| *sum += v * v);
-    }
-    sums
+    let sums = values.fold_axis(Axis(0), 0.0, |sum, v| sum + v * v);
+    sums.to_vec()
 }
 
 fn zeros<T: Copy + Default>(len: usize) -> Result<Vec<T>> {

@@ -3,8 +3,8 @@
 use ndarray::ArrayView2;
 use num_complex::Complex;
 
-use super::Real;
 use super::records::{RecordScratch, RecordTransform, interleave};
+use super::{Real, power};
 use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 
 /// `|X_m|^2` of `X_m = sum_j w_j u_j exp(+2 pi i m j / N)` of complex profiles u, `m` ascending
@@ -101,20 +101,15 @@ impl<T: Real> SimdKernel for PairPowers<'_, T> {
             let (below, above) = powers.split_at_mut(zero);
             for (m, [a, b]) in pairs[p..].iter().step_by(self.count).enumerate() {
                 let (a, b) = (wide(*a), wide(*b));
-                if let Some(power) = above.get_mut(m) {
-                    *power = square(a.re + b.im, b.re - a.im);
+                if let Some(above) = above.get_mut(m) {
+                    *above = power(Complex::new(a.re + b.im, b.re - a.im));
                 }
                 if m > 0 {
-                    below[zero - m] = square(a.re - b.im, a.im + b.re);
+                    below[zero - m] = power(Complex::new(a.re - b.im, a.im + b.re));
                 }
             }
         }
     }
-}
-
-#[inline(always)]
-fn square(re: f64, im: f64) -> f64 {
-    re * re + im * im
 }
 
 #[inline(always)]

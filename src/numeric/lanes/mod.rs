@@ -176,6 +176,35 @@ pub(crate) fn widest<W: SimdKernel>(work: W) -> W::Output {
     work.run::<LaneBlock>()
 }
 
+/// `((row - high) - low) * weight` of each row, each operation rounded.
+pub(crate) fn less_means(
+    rows: &[[f64; WIDTH]],
+    means: [[f64; WIDTH]; 2],
+    weights: impl Iterator<Item = f64>,
+    out: &mut [[f64; WIDTH]],
+) {
+    widest(LessMeans(rows, means, weights, out));
+}
+
+struct LessMeans<'a, W>(
+    &'a [[f64; WIDTH]],
+    [[f64; WIDTH]; 2],
+    W,
+    &'a mut [[f64; WIDTH]],
+);
+
+impl<W: Iterator<Item = f64>> SimdKernel for LessMeans<'_, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let [high, low] = self.1.map(|mean| L::read(&mean));
+        for ((row, out), weight) in self.0.iter().zip(self.3).zip(self.2) {
+            (((L::read(row) - high) - low) * L::splat(weight)).write(out);
+        }
+    }
+}
+
 impl Number for f64 {
     const COUNT: usize = 1;
 
