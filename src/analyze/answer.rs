@@ -244,8 +244,7 @@ impl OfField<'_> {
         let mean = sum(&snapshot) / snapshot.len() as f64;
         snapshot.iter_mut().for_each(|v| *v -= mean);
         let mut scratch = RecordScratch::default();
-        let record = std::iter::once(&snapshot[..]);
-        let (bins, _) = self.transform.transform(record, &mut scratch);
+        let bins = self.transform.spectra_of_rows(&snapshot, 1, &mut scratch);
         let mut squares: Vec<f64> = bins.iter().map(|x| x.norm_sqr()).collect();
         squares[0] += mean * mean * self.window_energy * self.transform.padded() as f64;
         squares

@@ -111,7 +111,7 @@ impl<'a> Outputs<'a> {
                 (&*labels[n], grid.first, grid.step)
             };
             let part = Some(&(rows, columns));
-            let map = map.finish_with(part, label(array), along(0), along(1));
+            let map = map.finish(part, label(array), along(0), along(1));
             (array, map)
         };
         self.maps.into_iter().map(finish).collect()

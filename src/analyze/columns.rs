@@ -16,7 +16,7 @@ use super::worker::Worker;
 use crate::arrays::LargeArray;
 use crate::diagnostics::{Bins, SpectrumMoments};
 use crate::error::Result;
-use crate::numeric::{pieces, sum};
+use crate::numeric::{pieces, sum, sum_of_squares};
 use crate::prepare::ReadAhead;
 use crate::system::buffer::Buffer;
 use crate::transform::{Real, RecordScratch, RecordTransform, direct_sums};
@@ -85,13 +85,13 @@ impl<'a, T: Real> AlongTime<'a, T> {
         let mut record = self.stages.record(j);
         record.truncate(plan.segments.length);
         let mut scratch = RecordScratch::default();
-        let (spectrum, energies) = transform.transform(std::iter::once(&record[..]), &mut scratch);
-        let energy = energies[0];
+        let spectrum = transform.spectra_of_rows(&record, 1, &mut scratch);
+        let tapered = record.iter().zip(&plan.window_time);
+        let mut tapered: Vec<f64> = tapered.map(|(v, w)| v * w).collect();
+        let energy = sum_of_squares(&tapered);
         if count == 0 || energy <= 0.0 {
             return None;
         }
-        let tapered = record.iter().zip(&plan.window_time);
-        let mut tapered: Vec<f64> = tapered.map(|(v, w)| v * w).collect();
         tapered.resize(length, 0.0);
         let chosen = Vec::from_iter((0..count).map(|i| (2 * i + 1) * bins / (2 * count)));
         let both = chosen.iter().zip(direct_sums(&tapered, &chosen));

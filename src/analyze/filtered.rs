@@ -1,6 +1,6 @@
 //! A field filtered in frequency and wavenumber.
 
-use ndarray::{ArrayView2, ArrayViewMut2, s};
+use ndarray::{ArrayView2, ArrayViewMut2, Axis, s};
 use num_complex::Complex;
 
 use super::intermediate::SpillFile;
@@ -11,7 +11,7 @@ use crate::numeric::pieces;
 use crate::observer::Observer;
 use crate::prepare::{Prepared, Tiles};
 use crate::system::memory::{available_memory, try_filled};
-use crate::transform::{Passband, Segments, SpaceTimeFilter};
+use crate::transform::{Passband, Segments, space_time_filter, space_time_filter_bytes};
 
 /// Bytes of a field that are read at once.
 const READ_BYTES: usize = 8 << 20;
@@ -30,7 +30,7 @@ pub struct Filtered {
 
 /// The part of a field that passes a filter, and the share of its energy.
 ///
-/// `v` is multiplied by a gain of 1 or 0 in (k, f) ([`SpaceTimeFilter`]); with `pad`, the field is
+/// `v` is multiplied by a gain of 1 or 0 in (k, f) ([`Passband`]); with `pad`, the field is
 /// first padded with zeros to twice its length along both axes, so that the periodic extension does
 /// not wrap waves around.
 ///
@@ -119,7 +119,7 @@ fn bytes_at_once((times, sites): (usize, usize), records: usize) -> u64 {
 
 /// Scratch of all threads.
 fn working_bytes(shape: (usize, usize)) -> u64 {
-    rayon::current_num_threads() as u64 * SpaceTimeFilter::<f64>::working_bytes(shape)
+    rayon::current_num_threads() as u64 * space_time_filter_bytes(shape)
 }
 
 /// The field padded to `shape`: records to spectra, rows of these there and back, spectra to records, which go to a scratch
@@ -134,7 +134,7 @@ fn by_blocks(
     let (times, sites) = (field.n_times(), field.n_sites());
     let (bins, width) = (shape.0 / 2 + 1, blocks.width.min(sites));
     let stripes = || pieces(sites, width);
-    let filter = SpaceTimeFilter::<f64>::new(shape);
+    let plan = space_time_filter(shape);
     let file = match blocks.is_whole {
         true => None,
         false => Some(SpillFile::<f64>::new((bins, sites), width)?),
@@ -162,7 +162,6 @@ fn by_blocks(
             None => of_shape(&mut rows, (bins, shape.1)).slice_move(s![.., of.clone()]),
             Some(_) => of_shape(&mut stripe, (bins, of.len())),
         };
-        let plan = &filter.plan;
         let done = plan.columns_to_spectrum(records.view(), spectra.view_mut());
         done.expect("records of the plan");
         if let Some(file) = &file {
@@ -191,8 +190,8 @@ fn by_blocks(
                 rows.slice_mut(s![.., sites]).assign(&piece);
             }
         }
-        let gain = filter.gain((field.time.step, field.space.step), band);
-        let done = filter.plan.filter_rows(of.start, rows.view_mut(), gain);
+        let gain = band.gain(shape, (field.time.step, field.space.step));
+        let done = plan.filter_rows(of.start, rows.view_mut(), gain);
         done.expect("sites of the plan");
         if let Some(file) = &file {
             for sites in stripes() {
@@ -225,7 +224,6 @@ fn by_blocks(
             }
         };
         let mut records = of_shape(&mut records, (shape.0, of.len()));
-        let plan = &filter.plan;
         let done = plan.columns_of_spectrum(spectra.view(), records.view_mut());
         done.expect("records of the plan");
         let records = records.slice(s![..times, ..]);
@@ -276,11 +274,8 @@ fn whole<'a, T>(values: &'a mut ArrayViewMut2<T>) -> &'a mut [T] {
 
 /// `sum v^2` of each site, in the order of time.
 fn energies(values: ArrayView2<f64>) -> Vec<f64> {
-    let mut sums = vec![0.0; values.ncols()];
-    for row in values.rows() {
-        sums.iter_mut().zip(row).for_each(|(sum, v)| *sum += v * v);
-    }
-    sums
+    let sums = values.fold_axis(Axis(0), 0.0, |sum, v| sum + v * v);
+    sums.to_vec()
 }
 
 fn zeros<T: Copy + Default>(len: usize) -> Result<Vec<T>> {

@@ -171,7 +171,7 @@ impl Findings<'_> {
         let (mut wide, mut all) = (0.0, 0.0);
         for j in loudest.into_iter().take(LOOKED_AT) {
             for frame in self.all.record(j).chunks_exact(FRAME) {
-                let (spectrum, _) = transform.transform(std::iter::once(frame), &mut scratch);
+                let spectrum = transform.spectra_of_rows(frame, 1, &mut scratch);
                 let powers = spectrum[1..FRAME / 2].iter().map(|x| x.norm_sqr());
                 let energy: f64 = powers.clone().sum();
                 let shares = powers.map(|p| p / energy).filter(|p| *p > 0.0);

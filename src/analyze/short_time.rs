@@ -1,6 +1,6 @@
 //! Short-time spectra: along t at chosen sites, along x at chosen times.
 
-use ndarray::{Array3, ArrayViewMut2};
+use ndarray::{Array2, Array3, ArrayViewMut2};
 use rayon::iter::{ParallelBridge, ParallelIterator};
 
 use super::plan::checked_window;
@@ -85,12 +85,11 @@ fn spectra<T: Real>(
         for (block, starts) in starts.chunks(TOGETHER).enumerate() {
             all.observer.go_on()?;
             let frames = starts.iter().map(|&start| &record[start..start + n]);
-            let (spectra, _) = transform.transform(frames, &mut scratch);
-            for (m, row) in spectra.chunks_exact(starts.len()).enumerate() {
-                for (s, &x) in row.iter().enumerate() {
-                    let value = power(x) * (factor * fold(m, n)) * all.stored;
-                    values[[m, block * TOGETHER + s]] = value;
-                }
+            let mut spectra = Array2::default((bins.len(), starts.len()));
+            transform.transform_into(frames, spectra.view_mut(), &mut scratch);
+            for ((m, s), &x) in spectra.indexed_iter() {
+                let value = power(x) * (factor * fold(m, n)) * all.stored;
+                values[[m, block * TOGETHER + s]] = value;
             }
             all.observer.advance(starts.len() as u64);
         }

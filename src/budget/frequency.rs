@@ -25,7 +25,7 @@ use super::request::BudgetRequest;
 use super::result::Budget;
 use super::wavenumber::dot;
 use crate::arrays::LargeArray;
-use crate::diagnostics::{MAP_LIMIT, Map, MapBuilder, edge_of};
+use crate::diagnostics::{Keep, MAP_LIMIT, Map, MapBuilder, edge_of};
 use crate::error::Result;
 use crate::numeric::{at_or_below, count_at_or_below, sum};
 use crate::transform::{fold, frequencies};
@@ -138,7 +138,7 @@ pub(super) fn power_flow(task: &Task) -> Result<FrequencyFlow> {
     let df = 1.0 / (samples as f64 * dt);
     let shown = frequency.partition_point(|f| *f <= SHOWN * edge);
     let shown = shown.max(2).min(bins);
-    let map = Mutex::new(MapBuilder::extreme((shown, m.max(1)), MAP_LIMIT));
+    let map = Mutex::new(MapBuilder::new((shown, m.max(1)), MAP_LIMIT, Keep::Extreme));
     let blocks: Vec<usize> = (0..m).step_by(BLOCK).collect();
     let bands: Vec<Vec<[f64; 2]>> = blocks
         .into_par_iter()
@@ -183,7 +183,7 @@ pub(super) fn power_flow(task: &Task) -> Result<FrequencyFlow> {
     let mut flow = FrequencyFlow {
         chosen: Vec::new(),
         refined: Vec::new(),
-        map: map.finish(label, (&f, 0.0, df), x),
+        map: map.finish(None, label, (&f, 0.0, df), x),
         low,
         high,
         frequency,

@@ -111,6 +111,6 @@ impl<'a> Waiting<'a> {
     ) -> Map {
         let rows = self.arrays.iter_mut().find(|rows| rows.array == array);
         let map = rows.and_then(|rows| rows.map.take());
-        map.map_or_else(Map::default, |map| map.finish(label, y, x))
+        map.map_or_else(Map::default, |map| map.finish(None, label, y, x))
     }
 }

@@ -156,7 +156,7 @@ fn share_above(force: &[f64], dt: f64, edge: f64) -> Option<f64> {
     let n = force.len();
     let transform = RecordTransform::<f64>::new(&vec![1.0; n], n);
     let mut scratch = RecordScratch::default();
-    let (spectrum, _) = transform.transform(std::iter::once(force), &mut scratch);
+    let spectrum = transform.spectra_of_rows(force, 1, &mut scratch);
     let energy = |m: usize| spectrum[m].norm_sqr() * fold(m, n);
     let (mut above, mut all) = (0.0, 0.0);
     for m in 0..=n / 2 {

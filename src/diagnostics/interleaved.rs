@@ -12,6 +12,8 @@ use crate::numeric::ln_normal;
 /// Bins added plainly before sums are paired.
 pub(super) const LEAF: usize = 32;
 
+const NONE: LaneBlock = LaneBlock([0.0; WIDTH]);
+
 /// A few neighbouring bins.
 pub(super) struct Leaf {
     bins: Range<usize>,
@@ -24,15 +26,11 @@ pub(super) struct Leaf {
 }
 
 /// `sum p` over bins.
-pub(super) fn total(power: &[LaneBlock]) -> [f64; WIDTH] {
-    let leaf = &mut |from: usize, to: usize| {
-        let mut sum = [0.0; WIDTH];
-        for power in &power[from..to] {
-            sum.iter_mut().zip(&power.0).for_each(|(sum, p)| *sum += p);
-        }
-        [sum]
-    };
-    pairwise(0, power.len(), leaf)[0]
+pub(super) fn total(power: &[LaneBlock]) -> LaneBlock {
+    let [sum] = pairwise(0, power.len(), &mut |from, to| {
+        [(power[from..to].iter()).fold(NONE, |sum, p| sum + *p)]
+    });
+    sum
 }
 
 /// `sum s`, `sum s q`, `sum s^2` and `- sum s ln s` of the bins `range`, of shares `s` of `total` over bins `q`, and
@@ -40,60 +38,54 @@ pub(super) fn total(power: &[LaneBlock]) -> [f64; WIDTH] {
 pub(super) fn shares(
     (power, axis): (&[LaneBlock], &[f64]),
     range: Range<usize>,
-    total: &[f64; WIDTH],
+    total: &LaneBlock,
     leaves: &mut Vec<Leaf>,
-) -> [[f64; WIDTH]; 4] {
-    let total = &LaneBlock(*total);
-    let leaf = &mut |from, to| {
+) -> [LaneBlock; 4] {
+    pairwise(0, range.len(), &mut |from, to| {
         let bins = range.start + from..range.start + to;
         let (power, axis) = (&power[bins.clone()], &axis[bins.clone()]);
-        let [share, first_moment, square, entropy, centroid, about] =
-            widest(Share { power, axis, total });
+        let [sums @ .., centroid, about] = widest(Share { power, axis, total });
         leaves.push(Leaf {
             bins,
-            share,
+            share: sums[0],
             centroid,
             about,
         });
-        [share, first_moment, square, entropy].map(|sum| sum.0)
-    };
-    pairwise(0, range.len(), leaf)
+        sums
+    })
 }
 
 /// `sum s (q - centroid)^2` over the bins of `leaves`: that of each about its own centroid, and of
 /// these about the common one (the parallel-axis theorem), so that nothing cancels.
-pub(super) fn second_moment(leaves: &[Leaf], centroid: &[f64; WIDTH]) -> [f64; WIDTH] {
-    let leaf = &mut |from: usize, to: usize| {
-        let mut sum = [0.0; WIDTH];
-        for leaf in &leaves[from..to] {
-            for (i, sum) in sum.iter_mut().enumerate() {
-                let distance = leaf.centroid.0[i] - centroid[i];
-                *sum += leaf.about.0[i] + leaf.share.0[i] * distance * distance;
-            }
-        }
-        [sum]
+pub(super) fn second_moment(leaves: &[Leaf], centroid: LaneBlock) -> LaneBlock {
+    let add = |sum: LaneBlock, leaf: &Leaf| {
+        let distance = leaf.centroid - centroid;
+        sum + (leaf.about + leaf.share * distance * distance)
     };
-    pairwise(0, leaves.len(), leaf)[0]
+    let [sum] = pairwise(0, leaves.len(), &mut |from, to| {
+        [leaves[from..to].iter().fold(NONE, add)]
+    });
+    sum
 }
 
 /// Where the cumulative share reaches each of the ascending `levels`: linear within a bin, from its
 /// lower to its upper end. NaN where there are no shares.
 pub(super) fn quantiles<const K: usize>(
     (power, bins): (&[LaneBlock], &Bins),
-    total: &[f64; WIDTH],
+    total: &LaneBlock,
     leaves: &[Leaf],
     levels: [f64; K],
 ) -> [[f64; WIDTH]; K] {
     let mut found = [[f64::NAN; WIDTH]; K];
-    let mut below = [0.0; WIDTH];
+    let mut below = NONE;
     for leaf in leaves {
-        let through: [f64; WIDTH] = std::array::from_fn(|i| below[i] + leaf.share.0[i]);
+        let through = below + leaf.share;
         for (level, found) in levels.iter().zip(&mut found) {
             for (i, found) in found.iter_mut().enumerate() {
-                if below[i] < *level && through[i] >= *level {
+                if below.0[i] < *level && through.0[i] >= *level {
                     let shares = power[leaf.bins.clone()].iter();
-                    let shares = shares.map(|power| power.0[i] / total[i]);
-                    *found = bins.reached(leaf.bins.start, shares, *level - below[i]);
+                    let shares = shares.map(|power| power.0[i] / total.0[i]);
+                    *found = bins.reached(leaf.bins.start, shares, *level - below.0[i]);
                 }
             }
         }
@@ -106,10 +98,10 @@ pub(super) fn quantiles<const K: usize>(
 fn pairwise<const K: usize>(
     from: usize,
     to: usize,
-    leaf: &mut impl FnMut(usize, usize) -> [[f64; WIDTH]; K],
-) -> [[f64; WIDTH]; K] {
+    leaf: &mut impl FnMut(usize, usize) -> [LaneBlock; K],
+) -> [LaneBlock; K] {
     if to == from {
-        return [[0.0; WIDTH]; K];
+        return [NONE; K];
     }
     if to - from <= LEAF {
         return leaf(from, to);
@@ -117,7 +109,7 @@ fn pairwise<const K: usize>(
     let half = ((to - from) / 2).next_multiple_of(LEAF);
     let a = pairwise(from, from + half, leaf);
     let b = pairwise(from + half, to, leaf);
-    std::array::from_fn(|k| std::array::from_fn(|i| a[k][i] + b[k][i]))
+    std::array::from_fn(|k| a[k] + b[k])
 }
 
 /// At most [`LEAF`] bins.
@@ -161,13 +153,10 @@ impl SimdKernel for Share<'_> {
             entropy = entropy - s * L::load(logarithm);
             about = about + s * distance * distance;
         }
-        [share, first, square, entropy, centroid, about].map(stored)
+        [share, first, square, entropy, centroid, about].map(|sum| {
+            let mut block = NONE;
+            sum.store(&mut block);
+            block
+        })
     }
-}
-
-#[inline(always)]
-fn stored<L: Lanes>(lanes: L) -> LaneBlock {
-    let mut block = LaneBlock::default();
-    lanes.store(&mut block);
-    block
 }

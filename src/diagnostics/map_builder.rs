@@ -27,16 +27,6 @@ pub(crate) struct MapBuilder {
 }
 
 impl MapBuilder {
-    /// Keeps the largest value of each block.
-    pub fn largest(shape: (usize, usize), limit: (usize, usize)) -> Self {
-        Self::new(shape, limit, Keep::Largest)
-    }
-
-    /// Keeps the value of largest magnitude, with its sign.
-    pub fn extreme(shape: (usize, usize), limit: (usize, usize)) -> Self {
-        Self::new(shape, limit, Keep::Extreme)
-    }
-
     /// Keeps as `keep` has it.
     pub fn new(shape: (usize, usize), limit: (usize, usize), keep: Keep) -> Self {
         let (rows, columns) = block_size(shape, limit);
@@ -132,16 +122,12 @@ impl MapBuilder {
         self
     }
 
-    /// The map, with the coordinates of its first row and column and their steps.
+    /// The map, with the coordinates of its first row and column and their steps; with a part of it in finer cells where
+    /// these show more.
     ///
     /// Cells are shown in single precision; where their size leaves its range, in units of a power
     /// of ten that the label states.
-    pub fn finish(self, label: String, y: (&str, f64, f64), x: (&str, f64, f64)) -> Map {
-        self.finish_with(None, label, y, x)
-    }
-
-    /// The same, with a part of it in finer cells where these show more.
-    pub fn finish_with(
+    pub fn finish(
         self,
         part: Option<&Part>,
         label: String,
@@ -235,9 +221,9 @@ mod tests {
     fn sizes_beyond_single_precision_are_shown_in_a_stated_unit() {
         for (largest, power) in [(2e-47, "10⁻⁴⁷"), (3e250, "10²⁵⁰"), (4e-300, "10⁻³⁰⁰")]
         {
-            let mut builder = MapBuilder::largest((1, 2), (2, 2));
+            let mut builder = MapBuilder::new((1, 2), (2, 2), Keep::Largest);
             builder.add(0, 0, array![[largest, 0.5 * largest]].view());
-            let map = builder.finish("S (m)".into(), ("y", 0.0, 1.0), ("x", 0.0, 1.0));
+            let map = builder.finish(None, "S (m)".into(), ("y", 0.0, 1.0), ("x", 0.0, 1.0));
             assert_eq!(map.label, format!("S ({power} m)"));
             assert!((map.values[[0, 0]] / map.values[[0, 1]] - 2.0).abs() < 1e-6);
             assert!((1.0..10.0).contains(&map.values[[0, 0]]));
@@ -247,7 +233,7 @@ mod tests {
     #[test]
     fn of_equal_magnitudes_the_positive_stays_and_no_number_is_none() {
         let nan = f64::NAN;
-        let mut map = MapBuilder::extreme((2, 4), (1, 2));
+        let mut map = MapBuilder::new((2, 4), (1, 2), Keep::Extreme);
         let values = array![[-2.0, nan, nan, nan], [2.0, 1.0, nan, nan]];
         map.add(0, 0, values.view());
         let cells = map.cells();

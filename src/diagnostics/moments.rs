@@ -40,7 +40,7 @@ pub(crate) fn interleaved_moments(
     let (below, top) = power.split_at(if count > 1 { top_from } else { count });
     let top = interleaved::total(top);
     let below = interleaved::total(below);
-    let total: [f64; WIDTH] = std::array::from_fn(|i| below[i] + top[i]);
+    let total = below + top;
 
     // The bin of the edge is summed separately, so that the smaller share keeps its digits.
     let (split, below_edge) = bins.split(if edge.is_nan() { 0.0 } else { edge });
@@ -49,38 +49,34 @@ pub(crate) fn interleaved_moments(
     let low = part(0..split);
     let cut = part(split..split + 1);
     let high = part(split + 1..count);
-    let of_all = |k: usize| -> [f64; WIDTH] {
-        std::array::from_fn(|i| low[k][i] + (cut[k][i] + high[k][i]))
-    };
-    let [shares, first_moment, squares, entropy] = [0, 1, 2, 3].map(of_all);
+    let sums: [LaneBlock; 4] = std::array::from_fn(|k| low[k] + (cut[k] + high[k]));
+    let [shares, first_moment, squares, entropy] = sums;
     let [low, cut, high] = [low[0], cut[0], high[0]];
-    let centroid: [f64; WIDTH] = std::array::from_fn(|i| first_moment[i] / shares[i]);
-    let second_moment = interleaved::second_moment(&leaves, &centroid);
+    let centroid = first_moment / shares;
+    let second_moment = interleaved::second_moment(&leaves, centroid);
     let levels = [0.5, 0.9];
     let [median, quantile_90] = interleaved::quantiles((power, bins), &total, &leaves, levels);
     let last_half = bins.ends_half().then_some(count - 1);
     std::array::from_fn(|i| {
-        let defined = total[i] > 0.0 && total[i].is_finite() && count > 1;
+        let [total, entropy] = [total.0[i], entropy.0[i]];
+        let defined = total > 0.0 && total.is_finite() && count > 1;
         let or_nan = |value: f64| if defined { value } else { f64::NAN };
         // Bins of half the width hold their energy at twice the density.
-        let mut halved = power[0].0[i];
-        if let Some(last) = last_half {
-            halved += power[last].0[i];
-        }
-        let width = bins.step * (-std::f64::consts::LN_2 * halved / total[i]).exp();
+        let halved = power[0].0[i] + last_half.map_or(0.0, |last| power[last].0[i]);
+        let width = bins.step * (-std::f64::consts::LN_2 * halved / total).exp();
         let share = |value: f64| or_nan(if edge.is_nan() { f64::NAN } else { value });
         SpectrumMoments {
-            centroid: or_nan(centroid[i]),
-            bandwidth: or_nan(second_moment[i].sqrt()),
-            effective_bandwidth: or_nan(width * entropy[i].exp()),
-            entropy: or_nan(entropy[i] / (count as f64).ln()),
-            participation: or_nan(1.0 / squares[i]),
+            centroid: or_nan(centroid.0[i]),
+            bandwidth: or_nan(second_moment.0[i].sqrt()),
+            effective_bandwidth: or_nan(width * entropy.exp()),
+            entropy: or_nan(entropy / (count as f64).ln()),
+            participation: or_nan(1.0 / squares.0[i]),
             median: or_nan(median[i]),
             quantile_90: or_nan(quantile_90[i]),
-            low_share: share(low[i] + below_edge * cut[i]),
-            high_share: share((1.0 - below_edge) * cut[i] + high[i]),
-            total: total[i],
-            top: top[i],
+            low_share: share(low.0[i] + below_edge * cut.0[i]),
+            high_share: share((1.0 - below_edge) * cut.0[i] + high.0[i]),
+            total,
+            top: top.0[i],
             zero: power[0].0[i],
         }
     })
@@ -116,7 +112,7 @@ fn total_of(power: &[f64]) -> Option<f64> {
 mod tests {
     use super::*;
     use ndarray::ArrayView1;
-    use ndarray_stats::EntropyExt;
+    use ndarray_stats::{EntropyExt, SummaryStatisticsExt};
 
     /// Of a transform of even length, but where there is a single bin.
     fn moments_of(power: &[f64], axis: &[f64], edge: f64) -> SpectrumMoments {
@@ -151,30 +147,19 @@ mod tests {
     fn val_ndarray_stats_entropy_and_sums_written_out() {
         for bins in [2_usize, 31, 32, 33, 1000] {
             let q: Vec<f64> = (0..bins).map(|m| 0.25 * m as f64).collect();
-            let power: Vec<f64> = (0..bins)
-                .map(|m| {
-                    if m % 7 == 3 {
-                        0.0
-                    } else {
-                        10f64.powf(3.0 * (m as f64).sin())
-                    }
-                })
-                .collect();
+            let is_some = |m: usize| f64::from(u8::from(m % 7 != 3));
+            let power = (0..bins).map(|m| is_some(m) * 10f64.powf(3.0 * (m as f64).sin()));
+            let power: Vec<f64> = power.collect();
             // At two fifths of bin `at`, or of its upper half.
             let at = bins / 3;
-            let (low, high) = match at {
-                0 => (0.0, 0.125),
-                _ => (q[at] - 0.125, q[at] + 0.125),
-            };
+            let (low, high) = ((q[at] - 0.125).max(0.0), q[at] + 0.125);
             let row = moments_of(&power, &q, low + 0.4 * (high - low));
             let total: f64 = power.iter().sum();
             let share: Vec<f64> = power.iter().map(|p| p / total).collect();
-            let dot = |f: &dyn Fn(f64) -> f64| -> f64 {
-                share.iter().zip(&q).map(|(s, &q)| s * f(q)).sum()
-            };
-            let entropy = ArrayView1::from(&share).entropy().unwrap_or_default();
-            let centroid = dot(&|q| q);
-            let bandwidth = dot(&|q| (q - centroid).powi(2)).sqrt();
+            let entropy = ArrayView1::from(&share).entropy().unwrap();
+            let weights = ArrayView1::from(&share);
+            let centroid = ArrayView1::from(&q).weighted_mean(&weights).unwrap();
+            let bandwidth = ArrayView1::from(&q).weighted_std(&weights, 0.0).unwrap();
             let low = share[..at].iter().sum::<f64>() + 0.4 * share[at];
             let squares: f64 = share.iter().map(|s| s * s).sum();
             let width = 0.25 * 0.5f64.powf(share[0] + share[bins - 1]);
@@ -228,17 +213,9 @@ mod tests {
         let narrow = lines(&[(8100, 1.0), (8101, 3.0)]);
         let right = 0.1 * 3f64.sqrt() / 4.0;
         // The centroid is rounded to 1e-13.
-        assert!(
-            (narrow.bandwidth / right - 1.0).abs() < 1e-11,
-            "{}",
-            narrow.bandwidth
-        );
+        assert!((narrow.bandwidth / right - 1.0).abs() < 1e-11);
         let far = lines(&[(40, 1.0), (8000, 1.0)]);
-        assert!(
-            (far.bandwidth / 398.0 - 1.0).abs() < 1e-15,
-            "{}",
-            far.bandwidth
-        );
+        assert!((far.bandwidth / 398.0 - 1.0).abs() < 1e-15);
         // Half of the energy: the end of the first bin; nine tenths: 0.8 of the second.
         assert!((far.median - 4.05).abs() < 1e-14);
         assert!((far.quantile_90 - (799.95 + 0.08)).abs() < 1e-12);

@@ -159,7 +159,7 @@ impl Records {
         let mut power = vec![0.0; n / 2 + 1];
         for &site in sites {
             let record = &values[n * site..n * (site + 1)];
-            let (spectrum, _) = transform.transform(std::iter::once(record), &mut scratch);
+            let spectrum = transform.spectra_of_rows(record, 1, &mut scratch);
             let pairs = power.iter_mut().zip(spectrum);
             pairs.for_each(|(p, z)| *p += z.norm_sqr());
         }

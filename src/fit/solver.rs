@@ -1,5 +1,6 @@
 //! Least squares within bounds, by the method of Levenberg and Marquardt.
 
+pub(super) use crate::numeric::{dot, gram};
 use crate::{Error, Result};
 
 /// Steps at most, and tries of one.
@@ -119,16 +120,6 @@ pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> 
 
 pub(super) fn square(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum()
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// `J^T J`.
-pub(super) fn gram(columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let row = |a: &Vec<f64>| columns.iter().map(|b| dot(a, b)).collect();
-    columns.iter().map(row).collect()
 }
 
 /// Columns of length 1, and what they were divided by, 1 for columns of zeros.

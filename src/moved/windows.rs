@@ -59,8 +59,7 @@ impl Windows {
     }
 
     pub fn bins(&self, samples: &[f64], scratch: &mut RecordScratch<f64>) -> Vec<Complex<f64>> {
-        let (bins, _) = self.transform.transform(std::iter::once(samples), scratch);
-        bins.to_vec()
+        self.transform.spectra_of_rows(samples, 1, scratch).to_vec()
     }
 
     /// Mean power of the noise of a record of unit variance in windows as long as these, from shorter ones where quiet parts are

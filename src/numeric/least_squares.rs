@@ -102,6 +102,16 @@ pub(crate) fn parabola(powers: [f64; 3]) -> [f64; 2] {
     [top, b + 0.25 * (c - a) * top]
 }
 
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// `J^T J` of the columns of J: the normal matrix.
+pub(crate) fn gram(columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let row = |a: &Vec<f64>| columns.iter().map(|b| dot(a, b)).collect();
+    columns.iter().map(row).collect()
+}
+
 /// Solves linear equations with several right sides, which stand behind the square matrix; `None` where a pivot is
 /// at most the share `least` of its row.
 ///
@@ -218,10 +228,6 @@ mod tests {
         let value = |i: usize, j: usize| ((1 + 3 * i * i + 7 * j + i * j) as f64).sin();
         let row = |i| (0..columns).map(|j| value(i, j)).collect();
         (0..count).map(row).collect()
-    }
-
-    fn dot(a: &[f64], b: &[f64]) -> f64 {
-        a.iter().zip(b).map(|(a, b)| a * b).sum()
     }
 
     #[test]

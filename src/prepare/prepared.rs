@@ -444,20 +444,19 @@ impl<'a> Prepared<'a> {
         let (n_times, n_sites) = (self.n_times(), self.n_sites());
         let mut all = Vec::with_capacity(n_sites);
         let mut room = ReadAhead::default();
+        let has_wanted = |sites: &Range<usize>| sites.clone().any(&wanted);
         for sites in pieces(n_sites, self.tiles.ahead.unwrap_or(n_sites)) {
-            if !sites.clone().any(&wanted) {
-                observer.advance(sites.len() as u64);
-                all.extend(sites.map(|_| None));
-                continue;
-            }
-            let ahead = self.read_ahead(sites.clone(), &mut room);
+            let ahead = match has_wanted(&sites) {
+                true => self.read_ahead(sites.clone(), &mut room),
+                false => None,
+            };
             let seen = in_parts(
                 sites.len(),
                 self.tiles.sites,
                 observer,
                 |part, tile, scratch| {
                     let sites = within(&sites, &part);
-                    if !sites.clone().any(&wanted) {
+                    if !has_wanted(&sites) {
                         return Ok(sites.map(|_| None).collect());
                     }
                     tile.resize(sites.len() * n_times, 0.0);

@@ -1,7 +1,7 @@
 //! Trends: the mean or the least-squares line of a record.
 
 use super::Detrend;
-use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, on_lines, widest};
+use crate::numeric::lanes::{WIDTH, less_means, on_lines};
 use crate::numeric::{sum, sums_across};
 
 /// A trend `high + low + slope (i - (n - 1) / 2)` over the indices of a record.
@@ -49,10 +49,10 @@ impl Trend {
         if kind == Detrend::Linear {
             // Gaps shift the mean of the indices off the centre, so it is found anew.
             let mean = total(&|i| i as f64 - centre).0 / count;
-            let (spread, _) = total(&|i| (i as f64 - centre - mean).powi(2));
+            let place = |i: usize| i as f64 - centre - mean;
+            let (spread, _) = total(&|i| place(i).powi(2));
             if spread > 0.0 {
-                let covariance =
-                    total(&|i| (i as f64 - centre - mean) * ((record[i] - high) - low)).0;
+                let (covariance, _) = total(&|i| place(i) * ((record[i] - high) - low));
                 trend.slope = covariance / spread;
                 trend.low -= trend.slope * mean;
             }
@@ -98,8 +98,7 @@ impl Trend {
             let (rows, out) = (rows.as_chunks().0, out.as_chunks_mut().0);
             let mean = |less: &_| sums_across(rows, less).map(|sum| sum / rows.len() as f64);
             let high = mean(&[0.0; WIDTH]);
-            let means = [high, mean(&high)];
-            widest(WithoutMeans { rows, means, out });
+            less_means(rows, [high, mean(&high)], std::iter::repeat(1.0), out);
         } else {
             let mut record = Vec::with_capacity(rows.len() / width);
             for column in 0..width {
@@ -111,25 +110,6 @@ impl Trend {
             }
         }
         out
-    }
-}
-
-/// Eight records less their means.
-struct WithoutMeans<'a> {
-    rows: &'a [[f64; WIDTH]],
-    means: [[f64; WIDTH]; 2],
-    out: &'a mut [[f64; WIDTH]],
-}
-
-impl SimdKernel for WithoutMeans<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let [high, low] = self.means.map(|mean| L::read(&mean));
-        for (row, out) in self.rows.iter().zip(self.out) {
-            ((L::read(row) - high) - low).write(out);
-        }
     }
 }
 

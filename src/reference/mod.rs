@@ -2,7 +2,6 @@
 
 mod lattice;
 
-use std::cell::Cell;
 use std::f64::consts::PI;
 
 use ndarray::Array2;
@@ -23,7 +22,7 @@ pub struct Grid {
 
 impl Grid {
     /// The field of `velocity(n, j)` in m/s.
-    pub fn sample(&self, name: &str, velocity: impl Fn(usize, usize) -> f64) -> Field {
+    pub fn sample(&self, name: &str, mut velocity: impl FnMut(usize, usize) -> f64) -> Field {
         let values = Array2::from_shape_fn((self.n_times, self.n_sites), |(n, j)| velocity(n, j));
         let mut field = Field::from_array(values);
         let axis = |step, unit: &str| Axis {
@@ -85,12 +84,7 @@ impl GrowingHarmonic {
     };
 
     pub fn field(&self) -> Field {
-        let noise = WhiteNoise {
-            grid: self.grid,
-            deviation: self.noise,
-            seed: 1,
-        };
-        let next = noise.samples();
+        let mut next = uniform(self.noise, 1);
         self.grid.sample("growing-harmonic", |n, j| {
             let x = j as f64 * self.grid.dx;
             let tau = n as f64 * self.grid.dt - self.arrival - x / self.speed;
@@ -117,19 +111,13 @@ pub struct WhiteNoise {
 
 impl WhiteNoise {
     pub fn field(&self) -> Field {
-        let next = self.samples();
+        let mut next = uniform(self.deviation, self.seed);
         self.grid.sample("white-noise", |_, _| next())
     }
+}
 
-    /// One sample after the other.
-    fn samples(&self) -> impl Fn() -> f64 {
-        let half_range = 3.0_f64.sqrt() * self.deviation;
-        let state = Cell::new(self.seed);
-        move || {
-            let mut next = state.get();
-            let uniform = next_uniform(&mut next);
-            state.set(next);
-            half_range * (2.0 * uniform - 1.0)
-        }
-    }
+/// One sample of such noise after the other.
+fn uniform(deviation: f64, mut seed: u64) -> impl FnMut() -> f64 {
+    let half_range = 3.0_f64.sqrt() * deviation;
+    move || half_range * (2.0 * next_uniform(&mut seed) - 1.0)
 }

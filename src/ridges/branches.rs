@@ -1,7 +1,8 @@
 //! Peaks of neighbouring cuts joined to branches.
 
+use super::RidgeCut;
 use super::peaks::Peak;
-use crate::numeric::eliminated;
+use crate::numeric::{dot, eliminated, gram};
 
 /// Cuts that a branch may miss.
 const GAP: usize = 2;
@@ -18,9 +19,10 @@ const RESOLVED: f64 = 0.5;
 /// A point of a branch, in bins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Point {
+    pub cut: RidgeCut,
     pub peak: Peak,
-    /// Its place across the cuts, where the power is that the cut shows there.
-    pub across: f64,
+    /// Its place in frequency and in wavenumber; across the cuts where the power is that the cut shows there.
+    pub at: [f64; 2],
     /// Change of the place from one cut to the next, and its standard error.
     pub slope: f64,
     pub slope_error: f64,
@@ -97,7 +99,7 @@ fn across(branch: &[Peak], variance: f64) -> Vec<f64> {
 
 /// The points of a branch with their slopes: least squares of a parabola about each, of a line where there are
 /// few. Errors are at least the spread about it. `variance`: of the window's lobe across the cuts, in squares of bins.
-pub(super) fn smooth(branch: &[Peak], variance: f64) -> Vec<Point> {
+pub(super) fn smooth(branch: &[Peak], cut: RidgeCut, variance: f64) -> Vec<Point> {
     let across = across(branch, variance);
     let of = |i: usize| {
         // As many on both sides, as far as there are.
@@ -119,12 +121,12 @@ pub(super) fn smooth(branch: &[Peak], variance: f64) -> Vec<Point> {
         let squares: f64 = points.iter().map(|point| off(point).powi(2)).sum();
         let spread = (squares / (points.len() as f64 - order as f64)).sqrt();
         let formal = peaks.iter().map(|peak| peak.error.powi(2)).sum::<f64>() / peaks.len() as f64;
+        let mut peak = branch[i];
+        peak.error = peak.error.max(spread);
         Point {
-            peak: Peak {
-                error: branch[i].error.max(spread),
-                ..branch[i]
-            },
-            across: middle,
+            cut,
+            peak,
+            at: cut.sorted([middle, peak.at]),
             slope: value[1],
             slope_error: (spread * spread).max(formal).sqrt() * variance.sqrt(),
         }
@@ -137,17 +139,14 @@ fn polynomial(points: &[(f64, f64)], order: usize) -> Option<([f64; 3], f64)> {
     if points.len() <= order {
         return None;
     }
-    let mut normal = vec![vec![0.0; order + 2]; order];
-    for (u, v) in points {
-        let powers = [1.0, *u, u * u];
-        for (row, a) in normal.iter_mut().zip(powers) {
-            let cells = row.iter_mut().zip(powers).take(order);
-            cells.for_each(|(cell, b)| *cell += a * b);
-            row[order] += a * v;
-        }
+    let power = |of: usize| points.iter().map(|(u, _)| [1.0, *u, u * u][of]).collect();
+    let columns: Vec<Vec<f64>> = (0..order).map(power).collect();
+    let values: Vec<f64> = points.iter().map(|(_, v)| *v).collect();
+    let mut normal = gram(&columns);
+    for (term, (row, column)) in normal.iter_mut().zip(&columns).enumerate() {
+        // A second right side is the unit vector of the slope: its solution there is the variance.
+        row.extend([dot(column, &values), f64::from(term == 1)]);
     }
-    // A second right side is the unit vector of the slope: its solution there is the variance.
-    normal[1][order + 1] = 1.0;
     let solved = eliminated(normal, SINGULAR)?;
     let value = |term: usize| solved.get(term).map_or(0.0, |row| row[0]);
     Some((std::array::from_fn(value), solved[1][1]))

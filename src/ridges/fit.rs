@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use super::{RidgeCut, RidgePoint};
 use crate::analyze::{Constants, DispersionCurve, formula_values, parse_constants};
 use crate::error::{Error, Result};
-use crate::numeric::{eliminated, inverted, median};
+use crate::numeric::{dot, eliminated, gram, inverted, median};
 
 /// Intervals of k on which the fitted curve is given.
 const INTERVALS: usize = 960;
@@ -38,8 +38,6 @@ enum Kind {
     /// With the values from which its constants start.
     Formula(Constants),
 }
-
-type Rows = Vec<Vec<f64>>;
 
 /// A fitted parameter.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -77,6 +75,10 @@ impl RidgeLaw {
     pub fn parse(text: &str) -> Result<RidgeLaw> {
         let found = format!("`{text}`");
         let (kind, values) = text.split_once(':').unwrap_or((text, ""));
+        let law = |name: &str, kind: Kind| RidgeLaw {
+            name: name.trim().into(),
+            kind,
+        };
         let lattice = match kind.trim() {
             "monatomic" => Some(Kind::Monatomic as fn(_) -> Kind),
             "diatomic" => Some(Kind::Diatomic as fn(_) -> Kind),
@@ -90,10 +92,7 @@ impl RidgeLaw {
                     format!("`{kind}`, or `{kind}:a=DISTANCE` with a distance of bodies above 0");
                 return Err(refuse(expected, found));
             }
-            return Ok(RidgeLaw {
-                name: text.trim().into(),
-                kind: lattice(spacing),
-            });
+            return Ok(law(text, lattice(spacing)));
         }
         let (formula, start) = text.split_once(';').unwrap_or((text, ""));
         let start = constants(start)?;
@@ -103,10 +102,7 @@ impl RidgeLaw {
             return Err(refuse(expected, found));
         }
         let values: Vec<f64> = start.values().copied().collect();
-        let law = RidgeLaw {
-            name: formula.trim().into(),
-            kind: Kind::Formula(start),
-        };
+        let law = law(formula, Kind::Formula(start));
         law.frequencies(&values, &[1.0], 1.0).map_err(of_fit)?;
         Ok(law)
     }
@@ -170,14 +166,23 @@ impl RidgeLaw {
             let expected = format!("more points than the {parameters} parameters of `{name}`");
             return Err(refuse(expected, format!("{all} points of ridges")));
         }
-        let mut points = Points::new(self, points, site, bins);
+        // Each known to a bin of frequency.
+        let mut points = Points {
+            law: self,
+            all: points,
+            wavenumbers: points.iter().map(|point| point.wavenumber).collect(),
+            errors: vec![bins[0]; all],
+            bin: vec![bins[0]; all],
+            site,
+            bins,
+        };
         let mut found = points.start()?;
         for _ in 0..ROUNDS {
             found = points.least_squares(found)?;
             points.weigh(&found)?;
         }
         let (residuals, derivatives) = (points.residuals(&found)?, points.derivatives(&found)?);
-        let Some(covariance) = inverted(&normal(&derivatives), DEGENERATE) else {
+        let Some(covariance) = inverted(&gram(&derivatives), DEGENERATE) else {
             let expected = format!(
                 "parameters that the ridges tell apart: of `{name}` only some combination of {} is known; \
                  write the others as numbers",
@@ -190,8 +195,10 @@ impl RidgeLaw {
         let is_log = !matches!(self.kind, Kind::Formula(_));
         let parameters = names.into_iter().zip(&found).enumerate();
         let parameters = parameters.map(|(i, (name, value))| {
-            let value = if is_log { value.exp() } else { *value };
-            let unit = if is_log { value } else { 1.0 };
+            let (value, unit) = match is_log {
+                true => (value.exp(), value.exp()),
+                false => (*value, 1.0),
+            };
             let error = unit * (shared * reduced * covariance[i][i].max(0.0)).sqrt();
             RidgeParameter { name, value, error }
         });
@@ -269,24 +276,7 @@ fn nearest(branches: [f64; 2], frequency: f64) -> Option<(usize, f64)> {
     known.min_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-impl<'a> Points<'a> {
-    /// Each known to a bin of frequency.
-    fn new(law: &'a RidgeLaw, all: &'a [RidgePoint], site: f64, bins: [f64; 2]) -> Self {
-        Points {
-            law,
-            all,
-            wavenumbers: all.iter().map(|point| point.wavenumber).collect(),
-            errors: vec![bins[0]; all.len()],
-            bin: vec![bins[0]; all.len()],
-            site,
-            bins,
-        }
-    }
-
+impl Points<'_> {
     /// Errors as the law with these parameters has them: what it changes by within that of a wavenumber. The slope of the
     /// points themselves is noisy, and its errors are theirs.
     fn weigh(&mut self, parameters: &[f64]) -> Result<()> {
@@ -319,11 +309,10 @@ impl<'a> Points<'a> {
     fn residuals(&self, parameters: &[f64]) -> Result<Vec<f64>> {
         let law = self.law;
         let branches = law.frequencies(parameters, &self.wavenumbers, self.site)?;
-        let of = |((point, error), branches): ((&RidgePoint, &f64), &[f64; 2])| {
-            nearest(*branches, point.frequency).map(|(_, distance)| distance / error)
+        let of = |(i, point): (usize, &RidgePoint)| {
+            nearest(branches[i], point.frequency).map(|(_, distance)| distance / self.errors[i])
         };
-        let found = self.all.iter().zip(&self.errors).zip(&branches).map(of);
-        let found: Option<Vec<f64>> = found.collect();
+        let found: Option<Vec<f64>> = self.all.iter().enumerate().map(of).collect();
         found.ok_or_else(|| {
             let expected = format!("a frequency of `{}` at all ridges", law.name);
             refuse(expected, "none at some")
@@ -367,7 +356,7 @@ impl<'a> Points<'a> {
         let mut damping = 1e-3;
         for _ in 0..ITERATIONS {
             let squares = dot(&residuals, &residuals);
-            let mut damped = normal(&derivatives);
+            let mut damped = gram(&derivatives);
             for (i, row) in damped.iter_mut().enumerate() {
                 row[i] *= 1.0 + damping;
                 row.push(-dot(&derivatives[i], &residuals));
@@ -397,7 +386,7 @@ impl<'a> Points<'a> {
     }
 
     /// Of the residuals, by each parameter.
-    fn derivatives(&self, at: &[f64]) -> Result<Rows> {
+    fn derivatives(&self, at: &[f64]) -> Result<Vec<Vec<f64>>> {
         let derivative = |i: usize| -> Result<Vec<f64>> {
             let step = STEP * at[i].abs().max(1e-3);
             let side = |sign: f64| {
@@ -405,17 +394,11 @@ impl<'a> Points<'a> {
                 moved[i] += sign * step;
                 self.residuals(&moved)
             };
-            let (above, below) = (side(1.0)?, side(-1.0)?);
-            let pairs = above.iter().zip(&below);
+            let pairs = side(1.0)?.into_iter().zip(side(-1.0)?);
             Ok(pairs.map(|(a, b)| (a - b) / (2.0 * step)).collect())
         };
         (0..at.len()).map(derivative).collect()
     }
-}
-
-fn normal(derivatives: &Rows) -> Rows {
-    let products = |row: &Vec<f64>| derivatives.iter().map(|other| dot(row, other)).collect();
-    derivatives.iter().map(products).collect()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::numeric::{find_root, parabola};
+use crate::numeric::{dot, find_root, parabola};
 use crate::prepare::Window;
 
 /// Bins at which the window's transform is known: up to this many, in steps of `1 / FINE`.
@@ -49,13 +49,9 @@ impl Lobe {
         let (high, low) = (power[below - 1], power[below]);
         let crossing = below as f64 - 1.0 + (high - 0.5) / (high - low);
         let periodic = window == Window::None;
-        let beside = samples.iter().cycle().skip(1);
-        let rises: f64 = samples
-            .iter()
-            .zip(beside)
-            .map(|(a, b)| (b - a).powi(2))
-            .sum();
-        let energy: f64 = samples.iter().map(|w| w * w).sum();
+        let pairs = samples.iter().zip(samples.iter().cycle().skip(1));
+        let rises: f64 = pairs.map(|(a, b)| (b - a).powi(2)).sum();
+        let energy = dot(&samples, &samples);
         let variance = rises / energy * (samples.len() as f64 / TAU).powi(2);
         let fourth: f64 = samples.iter().map(|w| w.powi(4)).sum();
         let most = if periodic { 0.0 } else { WIDEST };
@@ -87,8 +83,7 @@ impl Lobe {
         let place = (d * FINE as f64) as usize;
         let last = self.envelope.len() - FINE;
         let beyond = || self.envelope[last] * ((last as f64 / FINE as f64) / d).powi(2);
-        let within = self.envelope.get(place).copied();
-        within.unwrap_or_else(beyond)
+        self.envelope.get(place).copied().unwrap_or_else(beyond)
     }
 
     /// How far the wave lies from the middle of three bins with these powers, between -1/2 and 1/2: the top

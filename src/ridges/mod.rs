@@ -20,7 +20,7 @@ use ndarray::Array2;
 
 use crate::analyze::{self, Analysis, DispersionCurve, Request, Results, Scaling, Welch};
 use crate::arrays::{Collect, LargeArray};
-use crate::diagnostics::{MAP_LIMIT, MapBuilder};
+use crate::diagnostics::{Keep, MAP_LIMIT, MapBuilder};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
     FILLED, Realisations, TOGETHER, share_that_counts, steadiness_of_field,
@@ -300,14 +300,14 @@ pub fn ridges(
         let count = fields.len() as f64;
         power.par_mapv_inplace(|p| p / count);
         if let Some(map) = analysis.maps.get_mut(&LargeArray::SPACETIME_SPECTRUM) {
-            let mut builder = MapBuilder::largest(power.dim(), MAP_LIMIT);
+            let mut builder = MapBuilder::new(power.dim(), MAP_LIMIT, Keep::Largest);
             builder.add(0, 0, power.view());
             let axes = &analysis.axes;
             let step = |bins: &[f64]| bins.get(1).copied().unwrap_or(1.0);
             let lowest = axes.wavenumber_signed.first().copied().unwrap_or(0.0);
             let y = (&map.y.label[..], 0.0, step(&axes.frequency));
             let x = (&map.x.label[..], lowest, step(&axes.wavenumber));
-            *map = builder.finish(map.label.clone(), y, x);
+            *map = builder.finish(None, map.label.clone(), y, x);
         }
         analysis.direction_by_frequency = None;
     }
@@ -322,12 +322,6 @@ pub fn ridges(
         let independence = Independence::new(number, effective, steadiness, segments.record);
         search(request, analysis, &power, (independence, segments.record))
     })
-}
-
-/// A ridge in bins, and what it is read off.
-struct Found {
-    cut: RidgeCut,
-    points: Vec<Point>,
 }
 
 /// Ridges of the spectrum `[frequency, signed wavenumber]`.
@@ -361,15 +355,16 @@ fn search(
     };
     let largest = power.iter().fold(0.0, |m: f64, p| m.max(*p));
     let least = largest * 10f64.powf(-0.1 * request.range);
-    let level_of = |places: usize| peaks::level(power.len(), places, request.alpha, realisations);
-    let level_at = |cut: &RidgeCut| level_of(cut.sorted([nk, nf])[0]);
+    let level_at = |cut: &RidgeCut| {
+        let [places, _] = cut.sorted([nk, nf]);
+        peaks::level(power.len(), places, request.alpha, realisations)
+    };
     let (mut found, mut lone) = (Vec::new(), Vec::new());
     for cut in &tried {
         let [power, _] = cut.sorted([power.view(), power.t()]);
         let power = power.as_standard_layout();
         let [across, along] = cut.sorted([&along_f, &along_k]);
         let [cuts, places] = cut.sorted([frequencies.clone(), wavenumbers.clone()]);
-        let [around_across, around_along] = cut.sorted([None, Some(nk)]);
         let cuts = Cuts {
             power: power.view(),
             along,
@@ -377,16 +372,14 @@ fn search(
             realisations,
             level: level_at(cut),
             least,
-            around: [around_along, around_across],
+            around: cut.sorted([Some(nk), None]),
             cuts,
             places,
         };
         let rows = branches::joined(&cuts.peaks(), power.ncols()).into_iter();
         let (ridges, short): (Vec<_>, Vec<_>) = rows.partition(|row| row.len() >= request.fewest);
-        found.extend(ridges.iter().map(|branch| Found {
-            cut: *cut,
-            points: branches::smooth(branch, across.variance),
-        }));
+        let smooth = |branch: &Vec<Peak>| branches::smooth(branch, *cut, across.variance);
+        found.extend(ridges.iter().map(smooth));
         if *cut == tried[0] {
             // The largest of each row that is too short to be a ridge.
             let by_power = |a: &Peak, b: &Peak| a.power.total_cmp(&b.power);
@@ -404,28 +397,22 @@ fn search(
     };
     let lone: Vec<[f64; 2]> = lone.iter().map(place).collect();
     if tried.len() > 1 {
-        found = sharpest(found, request.fewest);
+        found = sharpest(&found, request.fewest);
     }
-    let ridge = |(found, branch): (&Found, usize)| Ridge {
+    let in_units = |point: &Point| placed(point, [df, dk], lowest);
+    let ridge = |(points, branch): (&Vec<Point>, usize)| Ridge {
         branch,
-        cut: found.cut,
-        points: found
-            .points
-            .iter()
-            .map(|point| placed(found.cut, point, [df, dk], lowest))
-            .collect(),
+        cut: points[0].cut,
+        points: points.iter().map(in_units).collect(),
     };
     let ridges: Vec<Ridge> = found.iter().zip(numbered(&found)).map(ridge).collect();
     let site = axes.space.step.abs();
     let all: Vec<RidgePoint> = ridges.iter().flat_map(|r| r.points.clone()).collect();
     // Neighbouring cuts share what the window spreads into both.
-    let shared = all
-        .iter()
-        .map(|point| point.cut.sorted([along_f.shared, along_k.shared])[0]);
-    let shared = shared.sum::<f64>() / all.len().max(1) as f64;
+    let share = |point: &RidgePoint| point.cut.sorted([along_f.shared, along_k.shared])[0];
+    let shared = all.iter().map(share).sum::<f64>() / all.len().max(1) as f64;
     let fit = |law: &RidgeLaw| law.fit(&all, site, [df, dk], shared);
-    let fits = request.laws.iter().map(fit);
-    let fits = fits.collect::<Result<Vec<RidgeFit>>>()?;
+    let fits: Vec<RidgeFit> = request.laws.iter().map(fit).collect::<Result<_>>()?;
     let fitted = fits.iter().map(|fit| fit.curve.clone());
     analysis.dispersion = curve(&ridges).into_iter().chain(fitted).collect();
     let mut found = Ridges {
@@ -446,22 +433,20 @@ fn search(
 }
 
 /// A point of a ridge in the units of the axes.
-fn placed(cut: RidgeCut, point: &Point, [df, dk]: [f64; 2], lowest: f64) -> RidgePoint {
-    let (peak, slope, slope_error) = (point.peak, point.slope, point.slope_error);
-    let [m, j] = bins_of(cut, point);
-    let [m_error, j_error] = cut.sorted([0.0, peak.error]);
+fn placed(point: &Point, [df, dk]: [f64; 2], lowest: f64) -> RidgePoint {
+    let (cut, peak, slope, slope_error) = (point.cut, point.peak, point.slope, point.slope_error);
     let [_, bin] = cut.sorted([df, dk]);
-    let (frequency, wavenumber) = (m * df, lowest + j * dk);
-    let (frequency_error, wavenumber_error) = (m_error * df, j_error * dk);
+    let [frequency, wavenumber] = [point.at[0] * df, lowest + point.at[1] * dk];
+    let [frequency_error, wavenumber_error] = cut.sorted([0.0, peak.error * bin]);
+    let known = |value: f64, is_known: bool| if is_known { value } else { f64::NAN };
     // Where k is no different from 0, there is no velocity.
-    let is_known = wavenumber.abs() > (2.0 * wavenumber_error).max(1e-9 * dk);
-    let phase_velocity = TAU * frequency / if is_known { wavenumber } else { f64::NAN };
+    let least = (2.0 * wavenumber_error).max(1e-9 * dk);
+    let phase_velocity = TAU * frequency / known(wavenumber, wavenumber.abs() > least);
     let relative = (frequency_error / frequency).hypot(wavenumber_error / wavenumber);
     let (group_velocity, group_velocity_error) = match cut {
         RidgeCut::Wavenumber => (TAU * slope * df / dk, TAU * slope_error * df / dk),
         RidgeCut::Frequency => {
-            let is_known = slope.abs() > 2.0 * slope_error;
-            let velocity = TAU * df / dk / if is_known { slope } else { f64::NAN };
+            let velocity = TAU * df / dk / known(slope, slope.abs() > 2.0 * slope_error);
             (velocity, velocity.abs() * slope_error / slope.abs())
         }
     };
@@ -481,19 +466,6 @@ fn placed(cut: RidgeCut, point: &Point, [df, dk]: [f64; 2], lowest: f64) -> Ridg
     }
 }
 
-/// Place of a point in bins: of frequency, of wavenumber.
-fn bins_of(cut: RidgeCut, point: &Point) -> [f64; 2] {
-    cut.sorted([point.across, point.peak.at])
-}
-
-impl Found {
-    /// Places of the first and of the last point.
-    fn ends(&self) -> [[f64; 2]; 2] {
-        let last = self.points.len() - 1;
-        [0, last].map(|i| bins_of(self.cut, &self.points[i]))
-    }
-}
-
 /// Whether two places are as near as this in both bins.
 fn are_near(a: [f64; 2], b: [f64; 2], within: [f64; 2]) -> bool {
     (0..2).all(|i| (a[i] - b[i]).abs() <= within[i])
@@ -501,46 +473,42 @@ fn are_near(a: [f64; 2], b: [f64; 2], within: [f64; 2]) -> bool {
 
 /// Of ridges of both cuts the parts that cross at most a bin from one cut to the next, which are the sharper
 /// ones; and others that these do not follow.
-fn sharpest(found: Vec<Found>, fewest: usize) -> Vec<Found> {
+fn sharpest(found: &[Vec<Point>], fewest: usize) -> Vec<Vec<Point>> {
     let is_sharp = |point: &Point| point.slope.abs() <= 1.0;
-    let runs = found.iter().flat_map(|Found { cut, points }| {
-        let runs = points.chunk_by(|a, b| is_sharp(a) == is_sharp(b));
-        let runs = runs.filter(|run| run.len() >= fewest);
-        runs.map(|run| Found {
-            cut: *cut,
-            points: run.to_vec(),
-        })
-    });
-    let (mut kept, others): (Vec<Found>, Vec<Found>) =
-        runs.partition(|run| is_sharp(&run.points[0]));
-    let places = |part: &Found| -> Vec<[f64; 2]> {
-        let place = |point| bins_of(part.cut, point);
-        part.points.iter().map(place).collect()
-    };
-    let sharp: Vec<[f64; 2]> = kept.iter().flat_map(places).collect();
-    let is_new = |part: &Found| {
+    let runs = found.iter();
+    let runs = runs.flat_map(|ridge| ridge.chunk_by(|a, b| is_sharp(a) == is_sharp(b)));
+    let runs = runs
+        .filter(|run| run.len() >= fewest)
+        .map(<[Point]>::to_vec);
+    let (mut kept, others): (Vec<_>, Vec<_>) = runs.partition(|run| is_sharp(&run[0]));
+    let sharp: Vec<[f64; 2]> = kept
+        .iter()
+        .flatten()
+        .map(|point: &Point| point.at)
+        .collect();
+    let is_new = |run: &Vec<Point>| {
         let followed = |point: &&Point| {
-            let wide = part.cut.sorted([1.5, 1.5 * point.slope.abs().max(1.0)]);
-            let at = bins_of(part.cut, point);
-            sharp.iter().any(|sharp| are_near(*sharp, at, wide))
+            let wide = point.cut.sorted([1.5, 1.5 * point.slope.abs().max(1.0)]);
+            sharp.iter().any(|sharp| are_near(*sharp, point.at, wide))
         };
-        (part.points.iter().filter(followed).count() as f64) < COVERED * part.points.len() as f64
+        (run.iter().filter(followed).count() as f64) < COVERED * run.len() as f64
     };
     kept.extend(others.into_iter().filter(is_new));
     kept
 }
 
 /// Numbers of branches: ridges whose ends meet share one.
-fn numbered(found: &[Found]) -> Vec<usize> {
-    let meet = |a: &Found, b: &Found| {
-        let (own, others) = (a.ends(), b.ends());
-        let is_met = |p: &[f64; 2]| others.iter().any(|q| are_near(*p, *q, [JOINED; 2]));
-        a.cut != b.cut && own.iter().any(is_met)
+fn numbered(found: &[Vec<Point>]) -> Vec<usize> {
+    let ends = |ridge: &[Point]| [ridge[0], ridge[ridge.len() - 1]];
+    let meet = |[a, b]: [usize; 2]| {
+        let [own, others] = [a, b].map(|ridge| ends(&found[ridge]));
+        let is_met = |p: &Point| (others.iter()).any(|q| are_near(p.at, q.at, [JOINED; 2]));
+        own[0].cut != others[0].cut && own.iter().any(is_met)
     };
     // That of the first ridge of each branch.
     let mut first: Vec<usize> = (0..found.len()).collect();
     for a in 0..found.len() {
-        for b in (0..a).filter(|b| meet(&found[a], &found[*b])) {
+        for b in (0..a).filter(|b| meet([a, *b])) {
             let (from, to) = (first[a].max(first[b]), first[a].min(first[b]));
             let joined = first.iter_mut().filter(|n| **n == from);
             joined.for_each(|n| *n = to);

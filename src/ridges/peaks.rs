@@ -88,14 +88,11 @@ impl Cuts<'_> {
                 powers[*i] > ABOVE_LEAK * leak * strong
             })
         };
-        let mut candidates: Vec<usize> = tops(powers)
-            .filter(|i| *i > 0 && *i + 1 < powers.len() && self.places.contains(i))
-            .filter(|i| powers[*i] > self.level * at(*i) && powers[*i] > self.least)
-            .filter(is_no_leak)
-            .collect();
-        candidates.sort_by(|a, b| powers[*b].total_cmp(&powers[*a]).then(a.cmp(b)));
+        let is_inside = |i: &usize| *i > 0 && *i + 1 < powers.len() && self.places.contains(i);
+        let is_high = |i: &usize| powers[*i] > self.level * at(*i) && powers[*i] > self.least;
+        let candidates = by_power(powers).filter(is_inside).filter(is_high);
         let mut accepted: Vec<usize> = Vec::new();
-        for i in candidates {
+        for i in candidates.filter(is_no_leak) {
             let is_apart = |j: &usize| self.is_apart(powers, i, *j);
             if accepted.len() < MOST && accepted.iter().all(is_apart) {
                 accepted.push(i);
@@ -177,10 +174,8 @@ impl Cuts<'_> {
     fn strongest(&self) -> Vec<Vec<(usize, f64)>> {
         let of_place = |place: usize| {
             let column = self.power.index_axis(Axis(1), place);
-            let mut tops: Vec<(usize, f64)> = tops(column).map(|i| (i, column[i])).collect();
-            tops.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-            tops.truncate(STRONGEST);
-            tops
+            let tops = by_power(column).take(STRONGEST);
+            tops.map(|i| (i, column[i])).collect()
         };
         let places = (0..self.power.ncols()).into_par_iter();
         places.map(of_place).collect()
@@ -205,12 +200,11 @@ impl Cuts<'_> {
         let ((first, below), (last, above)) = (side(-1), side(1));
         let width = below + above;
         let three = [powers[i - 1], powers[i], powers[i + 1]];
-        let one = self.along;
-        let k = self.realisations;
+        let (one, k) = (self.along, self.realisations);
         let (at, error) = if width > BROAD * one.width && last - first >= 2 {
-            let region = first..=last;
-            let sum: f64 = region.clone().map(|j| powers[j]).sum();
-            let moment: f64 = region.map(|j| powers[j] * (j as f64 - i as f64)).sum();
+            let sum: f64 = (first..=last).map(|j| powers[j]).sum();
+            let term = |j: usize| powers[j] * (j as f64 - i as f64);
+            let moment: f64 = (first..=last).map(term).sum();
             // Of a box as wide, of which each bin is known to 1/sqrt(K).
             let spread = width / 12f64.sqrt();
             let count = (last - first + 1) as f64;
@@ -243,12 +237,15 @@ impl Cuts<'_> {
     }
 }
 
-/// Indices of local maxima, the ends included.
-fn tops(values: ArrayView1<'_, f64>) -> impl Iterator<Item = usize> + '_ {
+/// Indices of local maxima, the ends included, the largest first.
+fn by_power(values: ArrayView1<'_, f64>) -> impl Iterator<Item = usize> {
     let n = values.len();
-    (0..n).filter(move |&i| {
+    let is_top = |&i: &usize| {
         (i == 0 || values[i] > values[i - 1]) && (i + 1 == n || values[i] >= values[i + 1])
-    })
+    };
+    let mut tops: Vec<usize> = (0..n).filter(is_top).collect();
+    tops.sort_by(|a, b| values[*b].total_cmp(&values[*a]).then(a.cmp(b)));
+    tops.into_iter()
 }
 
 /// Bins from one to another, the shorter way around.

@@ -199,32 +199,30 @@ impl Ridges {
         let words = self.words();
         let columns = columns(&words, "");
         let mut text = format!("branch,cut,{}\n", columns.map(|(name, ..)| name).join(","));
-        for ridge in &self.ridges {
-            for point in &ridge.points {
-                let cells = columns.map(|(_, _, of)| match of(point) {
-                    value if value.is_finite() => value.to_string(),
-                    _ => String::new(),
-                });
-                let (branch, cut) = (ridge.branch, name_of(&ridge.cut));
-                text += &format!("{branch},{cut},{}\n", cells.join(","));
-            }
+        for (ridge, point) in self.of_points() {
+            let cells = columns.map(|(_, _, of)| match of(point) {
+                value if value.is_finite() => value.to_string(),
+                _ => String::new(),
+            });
+            let (branch, cut) = (ridge.branch, name_of(&ridge.cut));
+            text += &format!("{branch},{cut},{}\n", cells.join(","));
         }
         text
+    }
+
+    fn of_points(&self) -> impl Iterator<Item = (&Ridge, &RidgePoint)> {
+        (self.ridges.iter()).flat_map(|ridge| ridge.points.iter().map(move |point| (ridge, point)))
     }
 
     fn variables(&self, sheet: &mut Sheet) {
         let axes = &self.analysis.axes;
         let units = Units::of(&axes.time, &axes.space, None);
         let density = Power::of(&self.analysis).of_array(LargeArray::SPACETIME_SPECTRUM);
-        let ridges = self.ridges.iter();
-        let ridges = ridges.flat_map(|ridge| ridge.points.iter().map(move |_| ridge));
-        let of_ridges: [Column<Ridge>; 2] = [
-            ("branch", "", |r| r.branch as f64),
-            ("at_frequency", "", |r| {
-                f64::from(u8::from(r.cut == RidgeCut::Frequency))
-            }),
-        ];
-        sheet.columns("point", ridges, &of_ridges);
+        let branches = self.of_points().map(|(ridge, _)| ridge.branch as f64);
+        sheet.line("branch", "point", "", branches.collect::<Vec<_>>());
+        let at_frequency = |p: &RidgePoint| f64::from(u8::from(p.cut == RidgeCut::Frequency));
+        let at_frequency: Vec<f64> = self.points().map(at_frequency).collect();
+        sheet.line("at_frequency", "point", "", at_frequency);
         let points = self.ridges.iter().flat_map(|ridge| &ridge.points);
         sheet.columns("point", points, &columns(&units, unit::split(&density).1));
         for (n, fit) in self.fits.iter().enumerate() {
@@ -249,15 +247,11 @@ impl Ridges {
             title: "space-time spectrum S(k, f)".into(),
             caption: "Power by wavenumber and frequency; positive wavenumbers travel towards +x."
                 .into(),
-            x_label: map.x.label.clone(),
-            y_label: map.y.label.clone(),
-            label: map.label.clone(),
-            x: map.x.low..map.x.high,
-            y: map.y.low..map.y.high,
             values: map.values.mapv(f64::from),
-            curves: DispersionCurve::curves(&analysis.dispersion),
+            reduced: None,
+            curves: DispersionCurve::curves(&self.analysis.dispersion),
             roles: [Role::Wavenumber, Role::Frequency].map(Some),
-            ..Chart::default()
+            ..Chart::of_map(map)
         })
     }
 

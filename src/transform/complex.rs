@@ -1,10 +1,10 @@
 //! Complex profiles to their spectrum over wavenumbers of both signs.
 
-use ndarray::{ArrayView2, ArrayViewMut2};
+use ndarray::ArrayView2;
 use num_complex::Complex;
 
-use super::Real;
 use super::records::{RecordScratch, RecordTransform, interleave};
+use super::{Real, power};
 use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 
 /// `|X_m|^2` of `X_m = sum_j w_j u_j exp(+2 pi i m j / N)` of complex profiles u, `m` ascending
@@ -22,7 +22,6 @@ pub struct ComplexTransform<T: Real> {
 pub struct ComplexScratch<T> {
     /// Real and imaginary parts, interleaved.
     parts: Vec<f64>,
-    spectra: Vec<Complex<T>>,
     records: RecordScratch<T>,
     powers: Vec<f64>,
 }
@@ -45,8 +44,7 @@ impl<T: Real> ComplexTransform<T> {
     /// to `padded`.
     pub(crate) fn working_bytes(samples: usize, padded: usize) -> u64 {
         let parts = RecordTransform::<T>::working_bytes(samples, padded, 2 * Self::TOGETHER);
-        let spectra = 2 * (padded / 2 + 1) * 2 * size_of::<T>();
-        (Self::TOGETHER * (8 * 2 * samples + spectra + 8 * padded)) as u64 + parts
+        (8 * Self::TOGETHER * (2 * samples + padded)) as u64 + parts
     }
 
     /// Length N of the transform.
@@ -63,10 +61,8 @@ impl<T: Real> ComplexTransform<T> {
         profiles: ArrayView2<Complex<T>>,
         scratch: &'s mut ComplexScratch<T>,
     ) -> &'s [f64] {
-        let (count, length, bins) = (profiles.nrows(), self.padded(), self.parts.bins());
+        let (count, length) = (profiles.nrows(), self.padded());
         scratch.parts.resize(2 * count * profiles.ncols(), 0.0);
-        let spectra = &mut scratch.spectra;
-        spectra.resize(2 * count * bins, Complex::default());
         scratch.powers.resize(count * length, 0.0);
         let rows = profiles.outer_iter();
         let rows = rows.map(|row| row.to_slice().expect("contiguous profiles"));
@@ -74,11 +70,8 @@ impl<T: Real> ComplexTransform<T> {
         interleave(&rows.collect::<Vec<_>>(), parts, |u| {
             [u.re.to_f64(), u.im.to_f64()]
         });
-        // The shape is the buffer's own, so this cannot fail.
-        if let Ok(output) = ArrayViewMut2::from_shape((bins, 2 * count), &mut *spectra) {
-            self.parts
-                .transform_columns(&scratch.parts, output, &mut scratch.records);
-        }
+        let (parts, records) = (&scratch.parts, &mut scratch.records);
+        let spectra = self.parts.spectra_of_rows(parts, 2 * count, records);
         widest(PairPowers {
             spectra,
             count,
@@ -108,20 +101,15 @@ impl<T: Real> SimdKernel for PairPowers<'_, T> {
             let (below, above) = powers.split_at_mut(zero);
             for (m, [a, b]) in pairs[p..].iter().step_by(self.count).enumerate() {
                 let (a, b) = (wide(*a), wide(*b));
-                if let Some(power) = above.get_mut(m) {
-                    *power = square(a.re + b.im, b.re - a.im);
+                if let Some(above) = above.get_mut(m) {
+                    *above = power(Complex::new(a.re + b.im, b.re - a.im));
                 }
                 if m > 0 {
-                    below[zero - m] = square(a.re - b.im, a.im + b.re);
+                    below[zero - m] = power(Complex::new(a.re - b.im, a.im + b.re));
                 }
             }
         }
     }
-}
-
-#[inline(always)]
-fn square(re: f64, im: f64) -> f64 {
-    re * re + im * im
 }
 
 #[inline(always)]

@@ -8,11 +8,10 @@
 
 use std::f64::consts::TAU;
 
-use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 
 use crate::error::{Error, Result};
-use column_fft::{ComplexToRealColumns, FftDirection, Filter2d, Real, RealToComplexColumns};
+use column_fft::{ComplexToRealColumns, FftDirection, Filter2d, RealToComplexColumns};
 
 /// Which waves pass.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -75,77 +74,36 @@ impl Passband {
                 Travelling::Nowhere => !directed,
             }
     }
-}
 
-/// Filters fields of one shape, planned once.
-#[derive(Debug)]
-pub struct SpaceTimeFilter<T: Real> {
-    pub(crate) plan: Filter2d<T>,
-}
-
-impl<T: Real> SpaceTimeFilter<T> {
-    /// Plans filters of fields of `(times, sites)`.
-    ///
-    /// # Panics
-    /// If there are no times or no sites.
-    pub fn new(shape: (usize, usize)) -> Self {
-        SpaceTimeFilter {
-            // Kernels `exp(+i k x)` along space.
-            plan: Filter2d::new(shape, FftDirection::Inverse).expect("times and sites"),
-        }
-    }
-
-    /// Bytes of working space that a thread needs at most for fields of `(times, sites)`, but for a
-    /// few profiles; known before anything is planned.
-    pub(crate) fn working_bytes((times, sites): (usize, usize)) -> u64 {
-        // The scratch of the forward transform is kept during the inverse one.
-        let numbers = RealToComplexColumns::<T>::scratch_len_of(times, sites, sites)
-            + ComplexToRealColumns::<T>::scratch_len_of(times);
-        (numbers * size_of::<Complex<T>>()) as u64
-    }
-
-    /// What of `values`, `(time, site)` with steps `dt` and `dx`, passes `band`. By all threads of
-    /// the current pool, with the same bits from any number of them.
-    ///
-    /// # Errors
-    /// As [`Passband::check`].
-    ///
-    /// # Panics
-    /// If the shape is not that of the plan.
-    pub fn apply(
+    /// Of a field of `(times, sites)` with steps `dt` and `dx`: what multiplies the bins of frequency m.
+    pub(crate) fn gain(
         &self,
-        values: ArrayView2<T>,
+        (times, sites): (usize, usize),
         (dt, dx): (f64, f64),
-        band: &Passband,
-    ) -> Result<Array2<T>> {
-        band.check()?;
-        let shape = self.plan.shape();
-        assert_eq!(values.dim(), shape);
-        let mut filtered = Array2::default(shape);
-        let gain = self.gain((dt, dx), band);
-        let into = filtered.view_mut();
-        let passed = self.plan.process_in_parallel(values, into, gain);
-        passed.expect("shapes of the plan");
-        Ok(filtered)
-    }
-
-    /// What multiplies the bins of frequency m.
-    pub(crate) fn gain<'a>(
-        &self,
-        (dt, dx): (f64, f64),
-        band: &'a Passband,
-    ) -> impl Fn(usize, &mut [Complex<T>]) + Sync + use<'a, T> {
-        let (times, sites) = self.plan.shape();
-        move |m: usize, row: &mut [Complex<T>]| {
+    ) -> impl Fn(usize, &mut [Complex<f64>]) + Sync {
+        move |m: usize, row: &mut [Complex<f64>]| {
             let f = m as f64 / (times as f64 * dt);
             for (q, bin) in row.iter_mut().enumerate() {
                 let turn = if 2 * q > sites { sites as f64 } else { 0.0 };
                 let k = TAU * (q as f64 - turn) / (sites as f64 * dx);
                 let edge = m == 0 || 2 * m == times || q == 0 || 2 * q == sites;
-                if !band.passes(f, k, !edge) {
+                if !self.passes(f, k, !edge) {
                     *bin = Complex::default();
                 }
             }
         }
     }
+}
+
+/// Transforms of fields of `(times, sites)` there and back, with kernels `exp(+i k x)` along space.
+pub(crate) fn space_time_filter(shape: (usize, usize)) -> Filter2d<f64> {
+    Filter2d::new(shape, FftDirection::Inverse).expect("times and sites")
+}
+
+/// Bytes of working space that a thread needs at most for them, but for a few profiles; known before anything is planned.
+pub(crate) fn space_time_filter_bytes((times, sites): (usize, usize)) -> u64 {
+    // The scratch of the forward transform is kept during the inverse one.
+    let numbers = RealToComplexColumns::<f64>::scratch_len_of(times, sites, sites)
+        + ComplexToRealColumns::<f64>::scratch_len_of(times);
+    (numbers * size_of::<Complex<f64>>()) as u64
 }

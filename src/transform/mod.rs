@@ -23,14 +23,13 @@ mod taper;
 
 use num_complex::Complex;
 
-pub use column_fft::{
-    FftDirection, InstructionSet, Real, RealToComplex2d, RealToComplexColumns, ShortTimeColumns,
-};
+pub use column_fft::Real;
 
 pub use axes::{frequencies, wavenumbers, wavenumbers_signed};
 pub use complex::{ComplexScratch, ComplexTransform};
 pub use direct::direct_sums;
-pub use filter::{Passband, SpaceTimeFilter, Travelling};
+pub use filter::{Passband, Travelling};
+pub(crate) use filter::{space_time_filter, space_time_filter_bytes};
 pub(crate) use records::quick;
 pub use records::{RecordScratch, RecordTransform};
 pub use scale::{Scale, Scaling, fold};

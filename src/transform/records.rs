@@ -72,28 +72,7 @@ impl<T: Real> RecordTransform<T> {
         self.plan.bins()
     }
 
-    /// The spectra of `records`, bin by bin in the order of records, in `scratch`, and of each the
-    /// energy `sum (w v)^2` of what went in.
-    ///
-    /// # Panics
-    /// If a record is not as long as the window.
-    pub fn transform<'a, 's>(
-        &self,
-        records: impl ExactSizeIterator<Item = &'a [f64]>,
-        scratch: &'s mut RecordScratch<T>,
-    ) -> (&'s [Complex<T>], &'s [f64]) {
-        let (width, bins) = (records.len(), self.bins());
-        let mut spectra = std::mem::take(&mut scratch.spectra);
-        spectra.resize(width * bins, Complex::default());
-        // The shape is the buffer's own, so this cannot fail.
-        if let Ok(output) = ArrayViewMut2::from_shape((bins, width), &mut spectra) {
-            self.transform_into(records, output, scratch);
-        }
-        scratch.spectra = spectra;
-        (&scratch.spectra, &scratch.energies)
-    }
-
-    /// The same with the spectra, `(bin, record)`, in `spectra`; the energies.
+    /// The spectra of `records`, `(bin, record)`, in `spectra`; of each record the energy `sum (w v)^2` of what went in.
     ///
     /// # Panics
     /// If a record is not as long as the window, or the shape is not that of the spectra.
@@ -166,20 +145,18 @@ impl<T: Real> RecordTransform<T> {
             self.taper.add_mean(mean, spectrum.iter_mut());
         }
     }
-}
 
-impl RecordTransform<f64> {
     /// The spectra alone of `width` interleaved records, bin by bin, in `scratch`, with the bits of
-    /// [`Self::transform`].
+    /// [`Self::transform_columns`].
     ///
     /// # Panics
     /// If there are fewer samples than in the plan.
-    pub(crate) fn spectra_of_rows<'s>(
+    pub fn spectra_of_rows<'s>(
         &self,
         rows: &[f64],
         width: usize,
-        scratch: &'s mut RecordScratch<f64>,
-    ) -> &'s [Complex<f64>] {
+        scratch: &'s mut RecordScratch<T>,
+    ) -> &'s [Complex<T>] {
         let (bins, mut spectra) = (self.bins(), std::mem::take(&mut scratch.spectra));
         let room = on_lines(&mut spectra, width * bins);
         let output = ArrayViewMut2::from_shape((bins, width), room);
@@ -195,11 +172,8 @@ impl RecordTransform<f64> {
 /// If a record has another length.
 pub(super) fn interleave<A: Copy, B>(records: &[&[A]], out: &mut [B], of: impl Fn(A) -> B) {
     let width = records.len();
-    assert!(
-        records
-            .iter()
-            .all(|record| record.len() * width == out.len())
-    );
+    let is_right = |record: &&[A]| record.len() * width == out.len();
+    assert!(records.iter().all(is_right));
     match width {
         4 => interleave_together::<A, B, 4>(records, out, of),
         8 => interleave_together::<A, B, 8>(records, out, of),
@@ -265,36 +239,30 @@ mod tests {
             let bins: Vec<usize> = (0..plan.bins()).collect();
             let mut scratch = RecordScratch::default();
             for width in [8, 3, 1] {
-                let values: Vec<f64> = (0..samples * width)
-                    .map(|i| offset(i % width) + wave(i % width, i / width))
-                    .collect();
+                let value = |n: usize, c: usize| offset(c) + wave(c, n);
+                let row = |n: usize| (0..width).map(move |c| value(n, c));
+                let values: Vec<f64> = (0..samples).flat_map(row).collect();
                 let mut spectra = Array2::default((plan.bins(), width));
-                let energies = plan
-                    .transform_columns(&values, spectra.view_mut(), &mut scratch)
-                    .to_vec();
+                let energies = plan.transform_columns(&values, spectra.view_mut(), &mut scratch);
+                let energies = energies.to_vec();
                 for c in 0..width {
-                    let record: Vec<f64> = values.iter().skip(c).step_by(width).copied().collect();
-                    let mut tapered: Vec<f64> =
-                        record.iter().zip(&window).map(|(v, w)| v * w).collect();
-                    assert_eq!(
-                        energies[c].to_bits(),
-                        crate::numeric::sum_of_squares(&tapered).to_bits()
-                    );
+                    let record: Vec<f64> = (0..samples).map(|n| value(n, c)).collect();
+                    let tapered = record.iter().zip(&window).map(|(v, w)| v * w);
+                    let mut tapered: Vec<f64> = tapered.collect();
+                    assert_eq!(energies[c], crate::numeric::sum_of_squares(&tapered));
                     tapered.resize(padded, 0.0);
                     let direct = direct_sums(&tapered, &bins);
                     let largest = direct.iter().map(|z| z.norm()).fold(0.0, f64::max);
                     for (m, z) in direct.iter().enumerate() {
                         // Only where a taper spreads it does an offset count.
-                        let spread = m == 0 || padded > samples;
-                        let scale = if spread {
-                            largest
-                        } else {
-                            (padded as f64).sqrt()
+                        let scale = match m == 0 || padded > samples {
+                            true => largest,
+                            false => (padded as f64).sqrt(),
                         };
                         let error = (spectra[[m, c]] - z).norm() / scale;
                         assert!(error < 4e-15, "{width} {c} {m}: {error:e}");
                     }
-                    let (alone, _) = plan.transform([&record[..]].into_iter(), &mut scratch);
+                    let alone = plan.spectra_of_rows(&record, 1, &mut scratch);
                     let same = alone.iter().zip(spectra.column(c)).all(|(a, b)| a == b);
                     assert!(same, "{width} {c}");
                 }

@@ -6,7 +6,7 @@ use column_fft::rows;
 use num_complex::Complex;
 
 use super::Real;
-use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
+use crate::numeric::lanes::{WIDTH, less_means};
 use crate::numeric::{interleaved_sums_of_squares, sum};
 
 /// The window of a transform, and what becomes of a record's mean.
@@ -60,12 +60,9 @@ impl Taper {
     pub(super) fn window_rows<T: Real>(&self, values: &[f64], means: &[f64], out: &mut [T]) {
         let is_double = TypeId::of::<T>() == TypeId::of::<f64>();
         if let (true, Ok(means)) = (is_double, means.try_into()) {
-            return widest(WindowRows {
-                rows: values.as_chunks().0,
-                means,
-                window: &self.window,
-                out: bytemuck::cast_slice_mut::<T, f64>(out).as_chunks_mut().0,
-            });
+            let out = bytemuck::cast_slice_mut::<T, f64>(out).as_chunks_mut().0;
+            let weights = self.window.iter().copied();
+            return less_means(values.as_chunks().0, [means, [0.0; WIDTH]], weights, out);
         }
         let width = means.len();
         let rows = values.chunks_exact(width).zip(out.chunks_exact_mut(width));
@@ -119,26 +116,6 @@ pub(super) fn dominant_means(values: &[f64], width: usize, means: &mut Vec<f64>)
         let mean = sum(&record) / record.len() as f64;
         if (high[c] - mean).max(mean - low[c]) < 0.25 * mean.abs() {
             means[c] = mean;
-        }
-    }
-}
-
-/// See [`Taper::window_rows`].
-struct WindowRows<'a> {
-    rows: &'a [[f64; WIDTH]],
-    means: &'a [f64; WIDTH],
-    window: &'a [f64],
-    out: &'a mut [[f64; WIDTH]],
-}
-
-impl SimdKernel for WindowRows<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let means = L::read(self.means);
-        for ((row, out), weight) in self.rows.iter().zip(self.out).zip(self.window) {
-            ((L::read(row) - means) * L::splat(*weight)).write(out);
         }
     }
 }

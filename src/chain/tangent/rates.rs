@@ -7,7 +7,7 @@ use crate::chain::drive::{Drive, Waveform};
 use crate::chain::lattice::Chain;
 use crate::chain::law::Law;
 use crate::chain::simulation::Simulation;
-use crate::numeric::lanes::{LaneBlock, Lanes, Portable, SimdKernel, widest};
+use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, widest};
 
 /// A value with its derivatives, a parameter a lane.
 #[derive(Debug, Clone, Copy)]
@@ -329,7 +329,7 @@ impl<'a> Rates<'a> {
     }
 
     /// The overlap of a link and its rate.
-    pub(super) fn overlap(&self, link: &Link, t: f64, at: &Motion) -> [Dual<Portable>; 2] {
+    pub(super) fn overlap(&self, link: &Link, t: f64, at: &Motion) -> [Dual<LaneBlock>; 2] {
         let [r, closing] = self.across(link, t, at);
         [link.static_overlap.here() + r, closing]
     }

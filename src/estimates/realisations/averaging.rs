@@ -223,8 +223,7 @@ impl Realisations {
             let polynomial: Vec<f64> = (0..length).map(|n| centred(n).powi(degree)).collect();
             let all = crate::numeric::sum_of_squares(&polynomial) * self.tapers.len() as f64;
             for transform in &self.transforms {
-                let polynomial = std::iter::once(&polynomial[..]);
-                let found = transform.transform(polynomial, &mut scratch).0;
+                let found = transform.spectra_of_rows(&polynomial, 1, &mut scratch);
                 let cells = lost.iter_mut().zip(found);
                 cells.for_each(|(lost, x)| *lost += x.norm_sqr() / all);
             }

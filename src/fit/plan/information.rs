@@ -58,7 +58,7 @@ pub(in crate::fit) fn cosines(record: &[f64]) -> Vec<f64> {
     let mirrored: Vec<f64> = record.iter().chain(record.iter().rev()).copied().collect();
     let transform = RecordTransform::<f64>::new(&vec![1.0; 2 * n], 2 * n);
     let mut scratch = RecordScratch::default();
-    let (spectrum, _) = transform.transform(std::iter::once(&mirrored[..]), &mut scratch);
+    let spectrum = transform.spectra_of_rows(&mirrored, 1, &mut scratch);
     let bin = |k: usize| {
         let angle = -std::f64::consts::PI * k as f64 / (2 * n) as f64;
         let scale = if k == 0 { 1.0 } else { 2.0 } / n as f64;

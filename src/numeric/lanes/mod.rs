@@ -173,7 +173,36 @@ pub(crate) fn widest<W: SimdKernel>(work: W) -> W::Output {
             return unsafe { x86::with_avx2(work) };
         }
     }
-    work.run::<Portable>()
+    work.run::<LaneBlock>()
+}
+
+/// `((row - high) - low) * weight` of each row, each operation rounded.
+pub(crate) fn less_means(
+    rows: &[[f64; WIDTH]],
+    means: [[f64; WIDTH]; 2],
+    weights: impl Iterator<Item = f64>,
+    out: &mut [[f64; WIDTH]],
+) {
+    widest(LessMeans(rows, means, weights, out));
+}
+
+struct LessMeans<'a, W>(
+    &'a [[f64; WIDTH]],
+    [[f64; WIDTH]; 2],
+    W,
+    &'a mut [[f64; WIDTH]],
+);
+
+impl<W: Iterator<Item = f64>> SimdKernel for LessMeans<'_, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let [high, low] = self.1.map(|mean| L::read(&mean));
+        for ((row, out), weight) in self.0.iter().zip(self.3).zip(self.2) {
+            (((L::read(row) - high) - low) * L::splat(weight)).write(out);
+        }
+    }
 }
 
 impl Number for f64 {
@@ -205,28 +234,25 @@ impl Number for f64 {
     }
 }
 
-/// Lanes for any processor.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Portable([f64; WIDTH]);
-
 macro_rules! by_lane {
     ($($operator:ident $method:ident)*) => {$(
-        impl $operator for Portable {
-            type Output = Portable;
+        impl $operator for LaneBlock {
+            type Output = LaneBlock;
 
             #[inline(always)]
-            fn $method(self, other: Portable) -> Portable {
-                Portable(from_fn(|l| self.0[l].$method(other.0[l])))
+            fn $method(self, other: LaneBlock) -> LaneBlock {
+                LaneBlock(from_fn(|l| self.0[l].$method(other.0[l])))
             }
         }
     )*};
 }
 by_lane!(Add add Sub sub Mul mul Div div);
 
-impl Number for Portable {
+/// Lanes for any processor.
+impl Number for LaneBlock {
     #[inline(always)]
-    fn read(from: &[f64; WIDTH]) -> Portable {
-        Portable(*from)
+    fn read(from: &[f64; WIDTH]) -> LaneBlock {
+        LaneBlock(*from)
     }
 
     #[inline(always)]
@@ -235,31 +261,31 @@ impl Number for Portable {
     }
 
     #[inline(always)]
-    fn splat(value: f64) -> Portable {
-        Portable([value; WIDTH])
+    fn splat(value: f64) -> LaneBlock {
+        LaneBlock([value; WIDTH])
     }
 
     #[inline(always)]
-    fn sqrt(self) -> Portable {
-        Portable(self.0.map(f64::sqrt))
+    fn sqrt(self) -> LaneBlock {
+        LaneBlock(self.0.map(f64::sqrt))
     }
 
     #[inline(always)]
-    fn choose(self, yes: Portable, no: Portable) -> Portable {
-        Portable(from_fn(|l| self.0[l].choose(yes.0[l], no.0[l])))
+    fn choose(self, yes: LaneBlock, no: LaneBlock) -> LaneBlock {
+        LaneBlock(from_fn(|l| self.0[l].choose(yes.0[l], no.0[l])))
     }
 }
 
-impl Lanes for Portable {
+impl Lanes for LaneBlock {
     #[inline(always)]
-    fn take_left(self, before: Portable) -> Portable {
+    fn take_left(self, before: LaneBlock) -> LaneBlock {
         let lane = |l: usize| l.checked_sub(1).map_or(before.0[WIDTH - 1], |l| self.0[l]);
-        Portable(from_fn(lane))
+        LaneBlock(from_fn(lane))
     }
 
     #[inline(always)]
-    fn take_right(self, after: Portable) -> Portable {
-        Portable(from_fn(|l| *self.0.get(l + 1).unwrap_or(&after.0[0])))
+    fn take_right(self, after: LaneBlock) -> LaneBlock {
+        LaneBlock(from_fn(|l| *self.0.get(l + 1).unwrap_or(&after.0[0])))
     }
 
     #[inline(always)]
@@ -269,7 +295,7 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn fused(self, factor: Portable, term: Portable) -> Portable {
+    fn fused(self, factor: LaneBlock, term: LaneBlock) -> LaneBlock {
         self * factor + term
     }
 }
@@ -308,7 +334,7 @@ mod tests {
 
     #[test]
     fn val_portable_lanes_equal_registers_bit_by_bit() {
-        let portable = Sample.run::<Portable>();
+        let portable = Sample.run::<LaneBlock>();
         assert_eq!(widest(Sample), portable);
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")

@@ -5,7 +5,7 @@ use serde_json::json;
 use super::Found;
 use super::look::Look;
 use super::neighbours::SAME;
-use crate::numeric::{median, sorted};
+use crate::numeric::{dot, median, sorted};
 
 /// How much louder or quieter than those beside it a site is that is too loud or quiet.
 const LOUD: f64 = 100.0;
@@ -142,10 +142,6 @@ impl Look<'_> {
         let ratio = over_beside.fold(0.0, f64::max);
         (found.into_iter().map(|i| live[i]).collect(), ratio)
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Values beside a run, up to `most` on each side.

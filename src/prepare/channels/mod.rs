@@ -131,11 +131,7 @@ impl Sites<'_> {
     /// Says this of them: `sites 3, 7 at 0.3, 0.7 m: constant`.
     pub fn warning(&self, code: &'static str, what: &str, advice: &str, numbers: Value) -> Warning {
         let positions: Vec<f64> = self.indices.iter().map(|j| self.space.at(*j)).collect();
-        let noun = if self.indices.len() == 1 {
-            "site"
-        } else {
-            "sites"
-        };
+        let plural = if self.indices.len() == 1 { "" } else { "s" };
         // Sites in a row as `20-39`.
         let runs: Vec<&[usize]> = self.indices.chunk_by(|a, b| a + 1 == *b).collect();
         let ends = |run: &&[usize], word: &dyn Fn(usize) -> String| match run {
@@ -154,42 +150,36 @@ impl Sites<'_> {
         if let (Value::Object(all), Value::Object(more)) = (&mut all, numbers) {
             all.extend(more);
         }
-        Warning::new(format!("{noun} {indices}{at}: {what}"), advice).coded(code, all)
+        Warning::new(format!("site{plural} {indices}{at}: {what}"), advice).coded(code, all)
     }
 }
 
 /// The first few.
 pub(crate) fn some(words: impl Iterator<Item = String>) -> String {
     let mut words: Vec<String> = words.take(9).collect();
-    words
-        .iter_mut()
-        .skip(8)
-        .for_each(|last| *last = "...".into());
+    if let Some(last) = words.get_mut(8) {
+        *last = "...".into();
+    }
     words.join(", ")
 }
 
 impl Look<'_> {
     fn warnings(&self) -> Vec<Warning> {
-        let of_ratio = |(rows, ratio)| (rows, number(ratio), json!({"ratio": ratio}));
         let [quiet, loud] = self.quiet_and_loud();
         let noisy = self.noisy(&loud.0);
-        let [reversed, late] = self.out_of_step();
+        let of_ratio = |(rows, ratio)| (rows, number(ratio), json!({"ratio": ratio}));
+        let plain = |rows| (rows, String::new(), json!({}));
+        let [(reversed, _), (late, delays)] = self.out_of_step();
+        let runs = delays.chunk_by(|a, b| a == b);
+        let said = some(runs.map(|run| format!("{:+}", run[0])));
         let found: [Found; 8] = [
-            (self.dead(), String::new(), json!({})),
+            plain(self.dead()),
             self.clipped(),
             of_ratio(quiet),
             of_ratio(loud),
             of_ratio(noisy),
-            (reversed.0, String::new(), json!({})),
-            (
-                late.0,
-                some(
-                    late.1
-                        .chunk_by(|a, b| a == b)
-                        .map(|run| format!("{:+}", run[0])),
-                ),
-                json!({"samples": late.1}),
-            ),
+            plain(reversed),
+            (late, said, json!({"samples": delays})),
             self.steps(),
         ];
         let scans: Vec<ChannelScan> = self.records.iter().map(|record| record.scan).collect();
