@@ -11,7 +11,7 @@ use super::{Coherence, CoherenceRequest};
 use crate::error::{Error, Result};
 use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
-    Grid, KeptOfSites, Portion, Realisations, Records, SegmentScratch, SegmentsLeft, Shot, Shots,
+    Grid, KeptSegments, Portion, Realisations, Records, SegmentScratch, SegmentsLeft, Shot, Shots,
     Sums, SumsShape, TOGETHER, a_site, check_count, check_significance,
 };
 use crate::numeric::lanes::widest;
@@ -57,13 +57,8 @@ const BLOCKS: usize = 3;
 const OF_SITE: u64 = 256;
 const OF_BIN: u64 = 192;
 
-/// The conjugate transforms of the reference over a portion.
-struct Reference {
-    spectra: Vec<Complex<f64>>,
-    /// Of the first of them.
-    first: usize,
-    kept: KeptOfSites,
-}
+/// The conjugate transforms of the reference over a portion, and the segments that it keeps where some are left out.
+type Reference = (Vec<Complex<f64>>, Option<KeptSegments>);
 
 impl Pass<'_> {
     pub fn run(&self, shots: &Shots<'_>) -> Result<Coherence> {
@@ -106,52 +101,38 @@ impl Pass<'_> {
         let (record, mut scratch) = (Records::interleaved(&record, 1), SegmentScratch::default());
         self.realisations
             .each_of(&shot.portion, record, &mut scratch, conjugate);
-        Reference {
-            spectra,
-            first: segments.start * tapers,
-            kept: shot.kept(site..site + 1, self.realisations.segments),
-        }
+        let kept = shot.kept(site..site + 1, self.realisations.segments);
+        (spectra, kept.into_iter().next())
     }
 
     /// Adds the segments of a tile to its sums.
     fn add(
         &self,
+        (shot, (reference, kept)): (&Shot<'_>, &Reference),
         scratch: &mut SegmentScratch,
-        (shot, reference): (&Shot<'_>, &Reference),
-        (sites, records): (Range<usize>, Records<'_>),
+        tile: (Range<usize>, Records<'_>),
         sums: &mut Sums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
-        // The segments that each site keeps with the reference.
-        let kept = shot.kept(sites.clone(), self.realisations.segments);
-        let kept = kept.with(&reference.kept);
-        kept.add_to(&mut sums.left, self.realisations.distances());
-        // How steady the reference is, and which sites are marked.
-        let mut marks = shot.mark(sites.clone()).into_iter();
-        if sites.contains(&self.request.reference) || marks.any(f64::is_nan) {
-            self.realisations
-                .add_steadiness(shot, (sites, records), scratch, sums);
-        }
-        let visit = |r: usize, spectra: &[Complex<f64>]| {
-            let other = &reference.spectra[(r - reference.first) * bins..][..bins];
-            let has = kept.has(r / tapers);
-            let (own, cross) = sums.plain.split_at_mut(bins);
+        let (width, first) = (tile.1.width(), shot.portion.segments.start * tapers);
+        let scratch = (kept.as_ref(), scratch);
+        shot.add(self.realisations, tile, scratch, sums, |sums, r, spectra, has| {
+            let other = &reference[(r - first) * bins..][..bins];
+            let (own, cross) = sums.split_at_mut(bins);
             let (re, cross) = cross.split_at_mut(bins);
             let (im, beside) = cross.split_at_mut(bins);
             widest(Products {
                 spectra,
-                width: records.width(),
+                width,
                 reference: other,
-                has: &has,
+                has,
                 sums: [own, re, im],
             });
             for (y, beside) in other.iter().zip(beside) {
-                let sums = beside.0.iter_mut().zip(&has);
+                let sums = beside.0.iter_mut().zip(has);
                 sums.for_each(|(sum, has)| *sum += has * y.norm_sqr());
             }
-        };
-        self.realisations
-            .each_of(&shot.portion, records, scratch, visit);
+        });
     }
 
     fn finish(&self, tiles: Vec<Sums>) -> Result<Coherence> {
@@ -229,10 +210,8 @@ impl Pass<'_> {
 impl Divided for Pass<'_> {
     fn shape(&self) -> SumsShape {
         let leaves_out = self.request.gaps == Gaps::LeaveOut;
-        SumsShape {
-            plain: (BLOCKS + usize::from(leaves_out)) * self.realisations.bins(),
-            pieces: self.realisations.pieces(),
-        }
+        let blocks = BLOCKS + usize::from(leaves_out);
+        self.realisations.shape(blocks * self.realisations.bins())
     }
 
     fn result_bytes(&self) -> u64 {
@@ -245,19 +224,13 @@ impl Divided for Pass<'_> {
     fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<Vec<Sums>> {
         let held = self.held(shots.longest, portions);
         let block = shots.block("the cross-spectra of this field", held)?;
-        let mut tiles = vec![None; shots.tiles()];
-        shots.each_portion(block, portions, |shot| {
-            let reference = self.reference(shot);
-            shot.each_tile(
-                "cross-spectra",
-                &mut tiles,
-                |scratch, sites, records, tile| {
-                    let sums = tile.get_or_insert_with(|| Sums::zeros(self.shape()));
-                    self.add(scratch, (shot, &reference), (sites, records), sums);
-                },
-            )
-        })?;
-        Ok(tiles.into_iter().flatten().collect())
+        shots.sum(
+            ("cross-spectra", block),
+            portions,
+            || Sums::zeros(self.shape()),
+            |shot| self.reference(shot),
+            |shot, scratch, tile, sums| self.add(shot, scratch, tile, sums),
+        )
     }
 
     fn combine(&self, sums: Vec<Sums>) -> Result<Combined> {

@@ -9,7 +9,9 @@ use super::pass::Pass;
 use super::products::{TripleSums, add_products};
 use super::spectra::Spectra;
 use super::triples::Triples;
-use crate::estimates::realisations::{Independence, Records, SegmentScratch, Shot, Sums, TOGETHER};
+use crate::estimates::realisations::{
+    Independence, Realisations, Records, SegmentScratch, Shot, Sums, TOGETHER,
+};
 use crate::numeric::chi_square_level;
 
 /// Own bicoherence of sites, gathered at `f3 = f1 + f2`. Arrays are `(frequency f3, site)`, NaN where there is
@@ -45,9 +47,9 @@ impl BicoherenceAlong {
 }
 
 /// Sums of the chosen sites of a tile.
-#[derive(Default)]
 pub(super) struct TileSums {
-    steadiness: Option<Sums>,
+    /// What the records of all its sites are like.
+    like: Sums,
     /// Of each chosen site.
     products: Vec<TripleSums>,
     /// Of each chosen site, once all its records are summed.
@@ -66,22 +68,17 @@ pub(super) struct Found {
 }
 
 impl TileSums {
-    /// What is found at each chosen site, in place of its sums.
-    pub fn gather(&mut self, pass: &Pass<'_>) {
-        let products = self.products.drain(..);
-        self.found = products.map(|sums| gathered(&pass.own, &sums)).collect();
+    pub fn zeros(realisations: &Realisations) -> TileSums {
+        TileSums {
+            like: Sums::zeros(realisations.shape(0)),
+            products: Vec::new(),
+            found: Vec::new(),
+        }
     }
 }
 
 impl Pass<'_> {
-    /// The chosen sites among these.
-    pub fn chosen(&self, sites: &Range<usize>) -> &[usize] {
-        let along = &self.request.along;
-        let before = |end: usize| along.partition_point(|site| *site < end);
-        &along[before(sites.start)..before(sites.end)]
-    }
-
-    /// Adds a shot to the sums of a tile.
+    /// Adds a shot to the sums of a tile; behind the last one, what is found takes their place.
     pub fn add_tile(
         &self,
         scratch: &mut SegmentScratch,
@@ -89,47 +86,34 @@ impl Pass<'_> {
         (sites, records): (Range<usize>, Records<'_>),
         tile: &mut TileSums,
     ) {
-        let chosen = self.chosen(&sites);
-        if chosen.is_empty() {
+        let along = &self.request.along;
+        let [from, to] = [sites.start, sites.end].map(|end| along.partition_point(|j| *j < end));
+        if from == to {
             return;
         }
-        let some: Vec<f64>;
-        let records = match chosen.len() == sites.len() {
-            true => records,
-            false => {
-                let rows = records.rows(0..records.length());
-                let rows = rows.chunks_exact(sites.len());
-                let of = |site: &usize| site - sites.start;
-                some = rows
-                    .flat_map(|row| chosen.iter().map(move |site| row[of(site)]))
-                    .collect();
-                Records::interleaved(&some, chosen.len())
-            }
-        };
-        let steadiness = tile.steadiness.get_or_insert_with(|| self.steadiness());
-        let of_sites = (chosen.iter().copied(), records);
-        self.realisations
-            .add_steadiness(shot, of_sites, scratch, steadiness);
+        shot.look_at((sites.clone(), records), &mut scratch.numbers, &mut tile.like);
         let spectra = Spectra::of(self.realisations, records, scratch);
         let zeros = || TripleSums::zeros(&self.own);
-        tile.products.resize_with(chosen.len(), zeros);
+        tile.products.resize_with(to - from, zeros);
         // Tiles are in parallel where there are several.
         let is_parallel = self.chosen_by_tile().nth(1).is_none();
-        for (sums, spectra) in tile.products.iter_mut().zip(&spectra) {
+        for (sums, site) in tile.products.iter_mut().zip(&along[from..to]) {
+            let spectra = &spectra[site - sites.start];
             add_products(&self.own, [spectra, spectra], sums, is_parallel);
+        }
+        if shot.portion.record + 1 == self.records {
+            let products = tile.products.drain(..);
+            tile.found = products.map(|sums| gathered(&self.own, &sums)).collect();
         }
     }
 
     /// What was found along x.
-    pub fn along(&self, tiles: Vec<TileSums>) -> BicoherenceAlong {
+    pub fn along(&self, tiles: &[TileSums]) -> BicoherenceAlong {
         let sites = self.request.along.clone();
-        let found = tiles.into_iter().flat_map(|tile| {
-            let steadiness = tile.steadiness.map(|sums| sums.steadiness());
-            let steadiness = steadiness.unwrap_or_default();
-            tile.found.into_iter().zip(steadiness)
-        });
-        let found = found.map(|(found, steadiness)| (found, self.independence(steadiness)));
-        let columns: Vec<(Vec<Found>, Independence)> = found.collect();
+        let found = tiles.iter().flat_map(|tile| &tile.found);
+        let steadiness = |site: &usize| tiles[site / TOGETHER].like.steadiness()[site % TOGETHER];
+        let each = sites.iter().map(|site| self.independence(steadiness(site)));
+        let columns: Vec<(&Vec<Found>, Independence)> = found.zip(each).collect();
         let alpha = self.request.alpha;
         let bins = self.realisations.bins();
         let df = 1.0 / (self.realisations.segments.length as f64 * self.grid.time.step);

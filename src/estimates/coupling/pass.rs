@@ -7,8 +7,8 @@ use super::spectra::{Spectra, last_bin};
 use super::triples::Triples;
 use crate::error::Result;
 use crate::estimates::realisations::{
-    Grid, Independence, Realisations, Records, SegmentScratch, Shot, Shots, Sums, SumsShape,
-    TOGETHER, interleave,
+    Grid, Independence, Realisations, Records, SegmentScratch, Shot, Shots, Sums, TOGETHER,
+    interleave,
 };
 
 use crate::transform::{Segments, frequencies};
@@ -18,7 +18,7 @@ pub(super) struct Pass<'a> {
     pub grid: &'a Grid,
     pub realisations: &'a Realisations,
     /// Records of a site.
-    records: usize,
+    pub records: usize,
     /// Of the map.
     triples: Triples,
     /// Of a site by itself.
@@ -51,23 +51,24 @@ impl<'a> Pass<'a> {
         let portions = self.realisations.whole_records(self.records);
         let held = self.held(shots.longest);
         let block = shots.block("the bispectra of this field", held)?;
-        let mut steadiness = self.steadiness();
-        let mut map = TripleSums::zeros(&self.triples);
+        let (mut steadiness, mut map) = (0.0, TripleSums::zeros(&self.triples));
+        let mut add_map = |shot: &Shot<'_>| steadiness += self.add_map(shot, &mut map);
         let mut tiles = Vec::new();
-        tiles.resize_with(shots.tiles(), TileSums::default);
-        shots.each_portion(block, &portions, |shot| {
-            self.add_map(shot, &mut steadiness, &mut map);
-            if self.request.along.is_empty() {
-                return Ok(());
-            }
-            shot.each_tile("bispectra", &mut tiles, |scratch, sites, records, tile| {
-                self.add_tile(scratch, shot, (sites, records), tile);
-                if shot.portion.record + 1 == self.records {
-                    tile.gather(self);
-                }
-            })
-        })?;
-        Ok(self.finish(&steadiness, &map, tiles))
+        if self.request.along.is_empty() {
+            shots.each_portion(block, &portions, |shot| {
+                add_map(shot);
+                Ok(())
+            })?;
+        } else {
+            tiles = shots.sum(
+                ("bispectra", block),
+                &portions,
+                || TileSums::zeros(self.realisations),
+                add_map,
+                |(shot, ()), scratch, tile, sums| self.add_tile(scratch, shot, tile, sums),
+            )?;
+        }
+        Ok(self.finish(steadiness, &map, &tiles))
     }
 
     /// Bytes that are needed beside the samples, of which so many of a record are read.
@@ -94,27 +95,23 @@ impl<'a> Pass<'a> {
             + tiles * tile
     }
 
-    /// Adds a shot to the map.
-    fn add_map(&self, shot: &Shot<'_>, steadiness: &mut Sums, map: &mut TripleSums) {
+    /// Adds a shot to the map; how steady the less steady one of its sites is.
+    fn add_map(&self, shot: &Shot<'_>, map: &mut TripleSums) -> f64 {
         let mut sites = vec![self.request.site, self.request.output()];
         sites.dedup();
         let (mut rows, mut scratch) = (Vec::new(), SegmentScratch::default());
         let records: Vec<f64> = sites.iter().flat_map(|site| shot.record(*site)).collect();
         interleave(&records, records.len() / sites.len(), &mut rows);
         let records = Records::interleaved(&rows, sites.len());
-        let of_sites = (sites.into_iter(), records);
-        self.realisations
-            .add_steadiness(shot, of_sites, &mut scratch, steadiness);
+        let mut like = Sums::zeros(self.realisations.shape(0));
+        shot.look_at((sites.into_iter(), records), &mut scratch.numbers, &mut like);
         let spectra = Spectra::of(self.realisations, records, &mut scratch);
         if let (Some(x), Some(z)) = (spectra.first(), spectra.last()) {
             add_products(&self.triples, [x, z], map, true);
         }
-    }
-
-    /// Sums of how steady records are.
-    pub fn steadiness(&self) -> Sums {
-        let pieces = self.realisations.pieces();
-        Sums::zeros(SumsShape { plain: 0, pieces })
+        // A mark stays.
+        let least = |a: f64, b: f64| if b < a || b.is_nan() { b } else { a };
+        like.steadiness().into_iter().fold(1.0, least)
     }
 
     /// The number of independent realisations of records whose steadiness has this sum.
@@ -128,7 +125,7 @@ impl<'a> Pass<'a> {
         Independence::new(counts, effective, steadiness, realisations.segments.record)
     }
 
-    fn finish(&self, steadiness: &Sums, map: &TripleSums, tiles: Vec<TileSums>) -> Bicoherence {
+    fn finish(&self, steadiness: f64, map: &TripleSums, tiles: &[TileSums]) -> Bicoherence {
         let least = map.least();
         let segments = self.realisations.segments;
         let mut bins = Vec::with_capacity(self.triples.cells());
@@ -148,7 +145,7 @@ impl<'a> Pass<'a> {
             output: self.request.output(),
             segment: [segments.length, segments.length - segments.hop],
             // Of two the less steady one, in each record.
-            independence: self.independence(steadiness.least_steadiness()),
+            independence: self.independence(steadiness),
             alpha: self.request.alpha,
             map: BicoherenceMap {
                 bins,

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, Shots, Sums, SumsShape, TOGETHER, check_count,
+    Averaging, Independence, Realisations, Shots, Sums, TOGETHER, check_count,
     check_significance, first_of, interval_factors, steadiness_of_sites,
 };
 use crate::field::{Axis, Field};
@@ -365,10 +365,9 @@ impl Pass<'_> {
         cells: &'c mut [Cell],
     ) -> Result<Vec<TileSpectra<'c>>> {
         let (all, count) = (self.count(), self.realisations.count());
-        let pieces = self.realisations.pieces();
         let tile = |cells| TileSpectra {
             cells,
-            sums: Sums::zeros(SumsShape { plain: 1, pieces }),
+            sums: Sums::zeros(self.realisations.shape(1)),
         };
         let tiles = cells.chunks_exact_mut((to - from) * all);
         let mut tiles: Vec<TileSpectra<'c>> = tiles.map(tile).collect();
@@ -382,9 +381,7 @@ impl Pass<'_> {
                         records.mean_and_squares(0..records.length(), &mut Vec::new());
                     let energies = out.sums.plain[0].0.iter_mut().zip(squares);
                     energies.for_each(|(sum, square)| *sum += square);
-                    let sums = &mut out.sums;
-                    self.realisations
-                        .add_steadiness(shot, (sites, records), scratch, sums);
+                    shot.look_at((sites, records), &mut scratch.numbers, &mut out.sums);
                 }
                 self.realisations.each(records, scratch, |r, spectra| {
                     let rows = spectra[from * width..to * width].chunks_exact(width);

@@ -26,7 +26,7 @@ pub(crate) use ensemble::{LEAST_STEADINESS, steadiness, steadiness_of_field, ste
 pub use grid::Grid;
 pub(crate) use interval::{FactorTable, phase_spread};
 pub use interval::{SpectrumInterval, interval_factors};
-pub(crate) use kept::KeptOfSites;
+pub(crate) use kept::KeptSegments;
 pub use kept::SegmentsLeft;
 pub use part::Part;
 pub(crate) use part::Portion;

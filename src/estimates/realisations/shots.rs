@@ -2,17 +2,19 @@
 
 use std::ops::Range;
 
+use num_complex::Complex;
 use rayon::prelude::*;
 
-use super::averaging::{Realisations, no_segment_left};
+use super::averaging::{Realisations, SegmentScratch, no_segment_left};
 use super::ensemble::steadiness_without;
-use super::kept::{KeptOfSites, KeptSegments};
+use super::kept::{KeptSegments, SegmentPairs};
 use super::part::Portion;
 use super::records::{Records, interleave};
+use super::sums::Sums;
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::field::Field;
-use crate::numeric::lanes::on_lines;
+use crate::numeric::lanes::{LaneBlock, on_lines};
 use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Preparation, Prepared, ReadAhead, Tiles};
 use crate::system::check_memory;
@@ -136,7 +138,6 @@ impl<'a> Shots<'a> {
             record,
             segments: 0..0,
             samples: self.held.clone(),
-            is_whole: true,
         };
         let whole: Vec<Portion> = (0..self.count()).map(whole).collect();
         self.each_portion(block, &whole, visit)
@@ -165,6 +166,31 @@ impl<'a> Shots<'a> {
             visit(&shot)?;
         }
         Ok(())
+    }
+
+    /// What tiles of sites add up to over portions of the shots, from `zeros` on. `before`: what all tiles of a portion need; `add`
+    /// adds a tile.
+    ///
+    /// # Errors
+    /// Those of [`Self::each_portion`].
+    pub fn sum<T: Send, C: Sync, S: Default>(
+        &self,
+        (stage, block): (&'static str, Option<usize>),
+        portions: &[Portion],
+        zeros: impl Fn() -> T + Sync,
+        mut before: impl FnMut(&Shot<'_>) -> C,
+        add: impl Fn((&Shot<'_>, &C), &mut S, (Range<usize>, Records<'_>), &mut T) + Sync,
+    ) -> Result<Vec<T>> {
+        let mut tiles: Vec<Option<T>> = Vec::new();
+        tiles.resize_with(self.tiles(), || None);
+        self.each_portion(block, portions, |shot| {
+            let before = before(shot);
+            shot.each_tile(stage, &mut tiles, |scratch, sites, records, tile| {
+                let sums = tile.get_or_insert_with(&zeros);
+                add((shot, &before), scratch, (sites, records), sums);
+            })
+        })?;
+        Ok(tiles.into_iter().flatten().collect())
     }
 
     /// That no gap at the ends of a portion was filled from one side alone.
@@ -260,22 +286,6 @@ impl Shot<'_> {
         missing.map(|gap| gap.time).collect()
     }
 
-    /// How steady the records of up to eight sites are by the samples that are not missing; 1 without a site.
-    pub fn steadiness(
-        &self,
-        sites: impl IntoIterator<Item = usize>,
-        records: Records<'_>,
-        about_mean: bool,
-    ) -> [f64; TOGETHER] {
-        let mut found = [1.0; TOGETHER];
-        for (lane, (found, site)) in found.iter_mut().zip(sites).enumerate() {
-            let (missing, mut record) = (self.missing(site), records.record(lane));
-            missing.iter().for_each(|n| record[*n] = 0.0);
-            *found = steadiness_without(&record, &missing, about_mean);
-        }
-        found
-    }
-
     /// Of up to eight sites, NaN where so many samples were filled or masked that statistics of the record do not hold,
     /// else 0: added to sums, it marks them.
     pub fn mark(&self, sites: impl IntoIterator<Item = usize>) -> [f64; TOGETHER] {
@@ -289,11 +299,67 @@ impl Shot<'_> {
         marks
     }
 
+    /// Adds what the records of up to eight sites are like: how steady, by the samples that are there, and what filling leaves.
+    pub fn look_at(
+        &self,
+        (sites, records): (impl Iterator<Item = usize> + Clone, Records<'_>),
+        room: &mut Vec<f64>,
+        sums: &mut Sums,
+    ) {
+        let portion = &self.portion;
+        // Of the record, of which this may be a part.
+        let part = records.length() as f64 / sums.shape.segments.record as f64;
+        for (lane, site) in sites.clone().enumerate() {
+            let left = self.left_by_filling(site, || records.record(lane));
+            sums.add_filled(lane, left.map(|left| part * left));
+        }
+        if !self.leaves_out() {
+            let mark = self.mark(sites);
+            let segments = (portion.record, portion.segments.clone());
+            return sums.add_samples(segments, records, mark, room);
+        }
+        // Without a site, 1.
+        let mut found = [1.0; TOGETHER];
+        for (lane, (found, site)) in found.iter_mut().zip(sites).enumerate() {
+            let (missing, mut record) = (self.missing(site), records.record(lane));
+            missing.iter().for_each(|n| record[*n] = 0.0);
+            *found = steadiness_without(&record, &missing, sums.shape.about_mean);
+        }
+        sums.add_record(found);
+    }
+
+    /// Adds the realisations of a tile, and what its records are like. `add`: what a realisation of this number with these
+    /// spectra, `[bin * width + site]`, adds to the blocks of the estimate, times 1 for each site, or 0 where it does not count.
+    /// `beside`: a site without whose segments the others have none, either.
+    pub fn add(
+        &self,
+        realisations: &Realisations,
+        (sites, records): (Range<usize>, Records<'_>),
+        (beside, scratch): (Option<&KeptSegments>, &mut SegmentScratch),
+        sums: &mut Sums,
+        mut add: impl FnMut(&mut [LaneBlock], usize, &[Complex<f64>], &[f64; TOGETHER]),
+    ) {
+        let mut kept = self.kept(sites.clone(), realisations.segments);
+        if let Some(beside) = beside {
+            kept.iter_mut().for_each(|kept| *kept = kept.and(beside));
+        }
+        let pairs = kept.iter().map(|kept| kept.pairs(realisations.distances()));
+        sums.left.resize_with(kept.len(), SegmentPairs::default);
+        let left = sums.left.iter_mut().zip(pairs);
+        left.for_each(|(sums, pairs)| sums.add(pairs));
+        self.look_at((sites, records), &mut scratch.numbers, sums);
+        let visit = |r: usize, spectra: &[Complex<f64>]| {
+            let has = KeptSegments::has_each(&kept, r / realisations.tapers());
+            add(&mut sums.plain, r, spectra, &has);
+        };
+        realisations.each_of(&self.portion, records, scratch, visit);
+    }
+
     /// White power that filled samples leave in the record of a site, as a mean square: their share times that of the
     /// error, which is what the same would have left of samples that are known. Masked ones have the mean of the record;
     /// of interpolated ones, gaps of their mean length are made at all others. Beside it the share of the power that is lost: of
     /// masked samples twice their share, as transforms lose it.
-    pub fn left_by_filling(&self, site: usize, record: impl FnOnce() -> Vec<f64>) -> [f64; 2] {
+    fn left_by_filling(&self, site: usize, record: impl FnOnce() -> Vec<f64>) -> [f64; 2] {
         let gaps = self.prepared.gaps_of(site);
         if self.leaves_out() || gaps.is_empty() {
             return [0.0; 2];
@@ -314,11 +380,12 @@ impl Shot<'_> {
         [share * squares / record.len() as f64, lost]
     }
 
-    /// The segments of the records of a few sites without missing samples.
-    pub fn kept(&self, sites: Range<usize>, segments: Segments) -> KeptOfSites {
+    /// The segments without missing samples of each of these sites; none where no segments are left out.
+    pub fn kept(&self, sites: Range<usize>, segments: Segments) -> Vec<KeptSegments> {
         let sites = sites.filter(|_| self.leaves_out());
-        let kept = sites.map(|site| KeptSegments::without(segments, self.missing(site)));
-        KeptOfSites(kept.collect())
+        sites
+            .map(|site| KeptSegments::without(segments, self.missing(site)))
+            .collect()
     }
 
     /// The record of a site.

@@ -8,7 +8,7 @@ use super::SpaceTimeRequest;
 use super::totals::Totals;
 use crate::error::Result;
 use crate::estimates::realisations::{
-    Averaging, Grid, Realisations, Records, SegmentScratch, Shot, Shots, Sums, SumsShape, TOGETHER,
+    Averaging, Grid, Realisations, Records, SegmentScratch, Shot, Shots, Sums, TOGETHER,
 };
 use crate::numeric::lanes::{LaneBlock, WIDTH};
 use crate::numeric::{interleaved_sums_of_squares, pieces};
@@ -94,11 +94,7 @@ impl<'a> Pass<'a> {
         let rows = pieces(time.bins(), ROWS).map(|rows| rows.len());
         let zeros = |rows| vec![LaneBlock::default(); rows * blocks * self.pairs];
         let mut groups: Vec<Vec<LaneBlock>> = rows.map(zeros).collect();
-        let of_sites = SumsShape {
-            plain: OF_SITES,
-            pieces: time.pieces(),
-        };
-        let mut sites = vec![Sums::zeros(of_sites); self.grid.tiles()];
+        let mut sites = vec![Sums::zeros(time.shape(OF_SITES)); self.grid.tiles()];
         let mut tiles = Vec::new();
         tiles.resize_with(sites.len(), Tile::default);
         shots.each_portion(block, &time.whole_records(records), |shot| {
@@ -116,9 +112,6 @@ impl<'a> Pass<'a> {
                 shot.release(done..done + time.segments.hop);
                 shot.observer.advance(1);
             }
-            for sums in &mut sites {
-                sums.close(time.reached(), time.about_mean());
-            }
             Ok(())
         })?;
         Ok(self.totals(records, groups, sites))
@@ -134,8 +127,8 @@ impl<'a> Pass<'a> {
             + time.working_bytes()
             + 24 * TOGETHER as u64 * length;
         let of_cell = 8 * self.pairs as u64 + 6 * 8;
-        let pieces = 8 * (OF_SITES + 2 + 3 * time.pieces()) as u64;
-        sites * (8 * length + of_cell * bins + pieces)
+        let sums = time.shape(OF_SITES).bytes() / TOGETHER as u64;
+        sites * (8 * length + of_cell * bins + sums)
             + rayon::current_num_threads() as u64 * scratch
     }
 
@@ -155,8 +148,9 @@ impl<'a> Pass<'a> {
                 ..
             } = scratch;
             shot.piece(times.clone(), columns, (samples, rows));
+            let of = (shot.portion.record, segment..segment + 1);
             let records = Records::interleaved(rows, width);
-            time.add_pieces(shot, (segment, 0), records, (mark, segments), sums);
+            sums.add_samples(of, records, mark, &mut segments.numbers);
             let moving = time.without_trends(rows, width, (samples, numbers));
             tile.rows.clear();
             tile.rows.extend_from_slice(moving);
