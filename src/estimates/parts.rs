@@ -2,8 +2,6 @@
 
 mod combination;
 
-use std::ops::Range;
-
 use serde::{Deserialize, Serialize};
 
 use super::realisations::{
@@ -227,9 +225,8 @@ fn partial_of(
         let pass = request.pass(&realisations, &grid, fields.len());
         pass.sums(&shots, portions)
     })?;
-    let number = |portion: &Portion, segment| {
-        portion.record * realisations.segments.count() + segment
-    };
+    let number =
+        |portion: &Portion, segment| portion.record * realisations.segments.count() + segment;
     let (from, to) = (&portions[0], &portions[portions.len() - 1]);
     let range = [
         number(from, from.segments.start),

@@ -7,7 +7,7 @@ use ndarray::Array2;
 use super::bicoherence::sidak;
 use super::pass::Pass;
 use super::products::{TripleSums, add_products};
-use super::spectra::Spectra;
+use super::spectra::{Evenness, Spectra};
 use super::triples::Triples;
 use crate::estimates::realisations::{
     Independence, Realisations, Records, SegmentScratch, Shot, Sums, TOGETHER,
@@ -52,6 +52,7 @@ pub(super) struct TileSums {
     like: Sums,
     /// Of each chosen site.
     products: Vec<TripleSums>,
+    evenness: Vec<Evenness>,
     /// Of each chosen site, once all its records are summed.
     found: Vec<Vec<Found>>,
 }
@@ -72,6 +73,7 @@ impl TileSums {
         TileSums {
             like: Sums::zeros(realisations.shape(0)),
             products: Vec::new(),
+            evenness: Vec::new(),
             found: Vec::new(),
         }
     }
@@ -91,15 +93,22 @@ impl Pass<'_> {
         if from == to {
             return;
         }
-        shot.look_at((sites.clone(), records), &mut scratch.numbers, &mut tile.like);
+        shot.look_at(
+            (sites.clone(), records),
+            &mut scratch.numbers,
+            &mut tile.like,
+        );
         let spectra = Spectra::of(self.realisations, records, scratch);
         let zeros = || TripleSums::zeros(&self.own);
         tile.products.resize_with(to - from, zeros);
+        tile.evenness.resize_with(to - from, || self.evenness());
         // Tiles are in parallel where there are several.
         let is_parallel = self.chosen_by_tile().nth(1).is_none();
-        for (sums, site) in tile.products.iter_mut().zip(&along[from..to]) {
+        let sums = tile.products.iter_mut().zip(&mut tile.evenness);
+        for ((sums, evenness), site) in sums.zip(&along[from..to]) {
             let spectra = &spectra[site - sites.start];
             add_products(&self.own, [spectra, spectra], sums, is_parallel);
+            evenness.add(spectra, spectra);
         }
         if shot.portion.record + 1 == self.records {
             let products = tile.products.drain(..);
@@ -111,8 +120,12 @@ impl Pass<'_> {
     pub fn along(&self, tiles: &[TileSums]) -> BicoherenceAlong {
         let sites = self.request.along.clone();
         let found = tiles.iter().flat_map(|tile| &tile.found);
-        let steadiness = |site: &usize| tiles[site / TOGETHER].like.steadiness()[site % TOGETHER];
-        let each = sites.iter().map(|site| self.independence(steadiness(site)));
+        let evenness = tiles.iter().flat_map(|tile| &tile.evenness);
+        let shared = self.realisations.shared_bins();
+        let each = sites.iter().zip(evenness).map(|(site, evenness)| {
+            let steadiness = tiles[site / TOGETHER].like.steadiness()[site % TOGETHER];
+            self.independence(steadiness, evenness.least(shared, true))
+        });
         let columns: Vec<(&Vec<Found>, Independence)> = found.zip(each).collect();
         let alpha = self.request.alpha;
         let bins = self.realisations.bins();

@@ -3,15 +3,17 @@
 use super::along::TileSums;
 use super::bicoherence::{Bicoherence, BicoherenceMap, BicoherenceRequest};
 use super::products::{TripleSums, add_products};
-use super::spectra::{Spectra, last_bin};
+use super::spectra::{Evenness, Spectra, last_bin};
 use super::triples::Triples;
 use crate::error::Result;
 use crate::estimates::realisations::{
     Grid, Independence, Realisations, Records, SegmentScratch, Shot, Shots, Sums, TOGETHER,
     interleave,
 };
-
 use crate::transform::{Segments, frequencies};
+
+/// What its records are like, how evenly they share its products, and its sums.
+type OfMap = (Sums, Evenness, TripleSums);
 
 pub(super) struct Pass<'a> {
     pub request: &'a BicoherenceRequest,
@@ -51,8 +53,12 @@ impl<'a> Pass<'a> {
         let portions = self.realisations.whole_records(self.records);
         let held = self.held(shots.longest);
         let block = shots.block("the bispectra of this field", held)?;
-        let (mut steadiness, mut map) = (0.0, TripleSums::zeros(&self.triples));
-        let mut add_map = |shot: &Shot<'_>| steadiness += self.add_map(shot, &mut map);
+        let mut of_map = (
+            Sums::zeros(self.realisations.shape(0)),
+            self.evenness(),
+            TripleSums::zeros(&self.triples),
+        );
+        let mut add_map = |shot: &Shot<'_>| self.add_map(shot, &mut of_map);
         let mut tiles = Vec::new();
         if self.request.along.is_empty() {
             shots.each_portion(block, &portions, |shot| {
@@ -68,7 +74,7 @@ impl<'a> Pass<'a> {
                 |(shot, ()), scratch, tile, sums| self.add_tile(scratch, shot, tile, sums),
             )?;
         }
-        Ok(self.finish(steadiness, &map, &tiles))
+        Ok(self.finish(&of_map, &tiles))
     }
 
     /// Bytes that are needed beside the samples, of which so many of a record are read.
@@ -95,37 +101,42 @@ impl<'a> Pass<'a> {
             + tiles * tile
     }
 
-    /// Adds a shot to the map; how steady the less steady one of its sites is.
-    fn add_map(&self, shot: &Shot<'_>, map: &mut TripleSums) -> f64 {
+    /// Adds a shot to the map.
+    fn add_map(&self, shot: &Shot<'_>, (like, evenness, map): &mut OfMap) {
         let mut sites = vec![self.request.site, self.request.output()];
         sites.dedup();
         let (mut rows, mut scratch) = (Vec::new(), SegmentScratch::default());
         let records: Vec<f64> = sites.iter().flat_map(|site| shot.record(*site)).collect();
         interleave(&records, records.len() / sites.len(), &mut rows);
         let records = Records::interleaved(&rows, sites.len());
-        let mut like = Sums::zeros(self.realisations.shape(0));
-        shot.look_at((sites.into_iter(), records), &mut scratch.numbers, &mut like);
+        shot.look_at((sites.into_iter(), records), &mut scratch.numbers, like);
         let spectra = Spectra::of(self.realisations, records, &mut scratch);
         if let (Some(x), Some(z)) = (spectra.first(), spectra.last()) {
             add_products(&self.triples, [x, z], map, true);
+            evenness.add(x, z);
         }
-        // A mark stays.
-        let least = |a: f64, b: f64| if b < a || b.is_nan() { b } else { a };
-        like.steadiness().into_iter().fold(1.0, least)
     }
 
-    /// The number of independent realisations of records whose steadiness has this sum.
-    pub fn independence(&self, steadiness: f64) -> Independence {
+    /// Of no realisations.
+    pub fn evenness(&self) -> Evenness {
+        Evenness::zeros(self.realisations.segments.length)
+    }
+
+    /// The number of independent realisations of records whose steadiness has this sum, which share what is `least` even.
+    pub fn independence(&self, steadiness: f64, least: f64) -> Independence {
         let realisations = self.realisations;
         let counts = [self.records, realisations.segment_count(), 1];
         let (effective, steadiness) = (
             realisations.effective_products(3),
             steadiness / self.records as f64,
         );
-        Independence::new(counts, effective, steadiness, realisations.segments.record)
+        let samples = realisations.segments.record;
+        Independence::new(counts, effective, steadiness, samples).of_uneven(least)
     }
 
-    fn finish(&self, steadiness: f64, map: &TripleSums, tiles: &[TileSums]) -> Bicoherence {
+    fn finish(&self, (like, evenness, map): &OfMap, tiles: &[TileSums]) -> Bicoherence {
+        let is_one_site = self.request.site == self.request.output();
+        let evenness = evenness.least(self.realisations.shared_bins(), is_one_site);
         let least = map.least();
         let segments = self.realisations.segments;
         let mut bins = Vec::with_capacity(self.triples.cells());
@@ -145,7 +156,7 @@ impl<'a> Pass<'a> {
             output: self.request.output(),
             segment: [segments.length, segments.length - segments.hop],
             // Of two the less steady one, in each record.
-            independence: self.independence(steadiness),
+            independence: self.independence(like.least_steadiness(), evenness),
             alpha: self.request.alpha,
             map: BicoherenceMap {
                 bins,

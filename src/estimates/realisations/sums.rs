@@ -61,9 +61,9 @@ impl SumsShape {
     }
 }
 
-/// Sums over whole records: of the steadiness of each lane, and of what filled samples leave, which is white power and the
-/// share of power that is lost.
-const OF_RECORDS: usize = 3;
+/// Sums over whole records: of the steadiness of each lane, and of the least steady one, in the first; and of what filled
+/// samples leave, which is white power and the share of power that is lost.
+const OF_RECORDS: usize = 4;
 
 /// Sums of a tile of sites, and what their records are like.
 #[derive(Debug, Clone)]
@@ -100,20 +100,28 @@ impl Sums {
         self.of_records[0].0
     }
 
+    /// Sum over whole records of the steadiness of the least steady lane.
+    pub fn least_steadiness(&self) -> f64 {
+        self.of_records[1].0[0]
+    }
+
     /// What filled samples leave in a lane, over all records: white power, and the share of power that is lost.
     pub fn filled(&self, lane: usize) -> [f64; 2] {
-        [1, 2].map(|kind| self.of_records[kind].0[lane])
+        [2, 3].map(|kind| self.of_records[kind].0[lane])
     }
 
     pub(super) fn add_filled(&mut self, lane: usize, left: [f64; 2]) {
-        let sums = self.of_records[1..].iter_mut().zip(left);
+        let sums = self.of_records[2..].iter_mut().zip(left);
         sums.for_each(|(sum, left)| sum.0[lane] += left);
     }
 
     /// Adds the steadiness of a whole record of each lane.
     pub(super) fn add_record(&mut self, of_lanes: [f64; WIDTH]) {
-        let sums = self.of_records[0].0.iter_mut().zip(of_lanes);
-        sums.for_each(|(sum, own)| *sum += own);
+        // A mark stays.
+        let least = |a: f64, b: f64| if b < a || b.is_nan() { b } else { a };
+        let [own, least_of, ..] = &mut self.of_records;
+        own.0.iter_mut().zip(of_lanes).for_each(|(a, b)| *a += b);
+        least_of.0[0] += of_lanes.into_iter().fold(1.0, least);
     }
 
     fn pieces_of(&mut self, record: usize) -> &mut Vec<Piece> {
@@ -137,23 +145,26 @@ impl Sums {
     ) {
         let (shape, Segments { hop, .. }) = (self.shape, self.shape.segments);
         let (length, last) = (shape.piece_length(), shape.pieces() - 1);
-        let first = segments.start * hop;
-        let end = match segments.end == shape.segments.count() {
-            true => shape.reached(),
-            false => segments.end * hop,
-        };
         let pieces = self.pieces_of(record);
-        for piece in (first / length).min(last)..=((end - 1) / length).min(last) {
-            let from = first.max(piece * length);
-            let to = match piece == last {
-                true => end,
-                false => end.min((piece + 1) * length),
+        let before = segments.start * hop;
+        for segment in segments {
+            let first = segment * hop;
+            let end = match segment + 1 == shape.segments.count() {
+                true => shape.reached(),
+                false => first + hop,
             };
-            let [means, squares] = records.mean_and_squares(from - first..to - first, room);
-            let squares = std::array::from_fn(|lane| squares[lane] + mark[lane]);
-            let count = (to - from) as f64;
-            let later = [[count; WIDTH], means, squares].map(LaneBlock);
-            join(&mut pieces[piece], &later);
+            for piece in (first / length).min(last)..=((end - 1) / length).min(last) {
+                let from = first.max(piece * length);
+                let to = match piece == last {
+                    true => end,
+                    false => end.min((piece + 1) * length),
+                };
+                let [means, squares] = records.mean_and_squares(from - before..to - before, room);
+                let squares = std::array::from_fn(|lane| squares[lane] + mark[lane]);
+                let count = (to - from) as f64;
+                let later = [[count; WIDTH], means, squares].map(LaneBlock);
+                join(&mut pieces[piece], &later);
+            }
         }
         self.close();
     }

@@ -128,8 +128,7 @@ impl<'a> Pass<'a> {
             + 24 * TOGETHER as u64 * length;
         let of_cell = 8 * self.pairs as u64 + 6 * 8;
         let sums = time.shape(OF_SITES).bytes() / TOGETHER as u64;
-        sites * (8 * length + of_cell * bins + sums)
-            + rayon::current_num_threads() as u64 * scratch
+        sites * (8 * length + of_cell * bins + sums) + rayon::current_num_threads() as u64 * scratch
     }
 
     /// Reads a segment of all sites, removes its trends, and adds its energies to `sites`.

@@ -11,8 +11,8 @@ use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
-    Average, Grid, Independence, KeptSegments, Portion, Realisations, Records, SegmentScratch, Shot, Shots, Sums,
-    SumsShape, TOGETHER, Weights, WithoutOne,
+    Average, Grid, Independence, KeptSegments, Portion, Realisations, Records, SegmentScratch,
+    Shot, Shots, Sums, SumsShape, TOGETHER, Weights, WithoutOne,
 };
 use crate::numeric::lanes::{LaneBlock, widest};
 use crate::transform::fold;
