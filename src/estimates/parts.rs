@@ -225,13 +225,9 @@ fn partial_of(
         let pass = request.pass(&realisations, &grid, fields.len());
         pass.sums(&shots, portions)
     })?;
-    let number =
-        |portion: &Portion, segment| portion.record * realisations.segments.count() + segment;
     let (from, to) = (&portions[0], &portions[portions.len() - 1]);
-    let range = [
-        number(from, from.segments.start),
-        number(to, to.segments.end),
-    ];
+    let [first, last] = [from, to].map(|portion| portion.record * realisations.segments.count());
+    let range = [first + from.segments.start, last + to.segments.end];
     let about = PartialAbout {
         request: request.clone(),
         fields: fields.iter().map(|field| field.name.clone()).collect(),

@@ -12,9 +12,9 @@ use crate::error::{Error, Result};
 use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
     Grid, KeptSegments, Portion, Realisations, Records, SegmentScratch, SegmentsLeft, Shot, Shots,
-    Sums, SumsShape, TOGETHER, a_site, check_count, check_significance,
+    Sums, SumsShape, TOGETHER, Tile, a_site, check_count, check_significance,
 };
-use crate::numeric::lanes::widest;
+use crate::numeric::lanes::{LaneBlock, widest};
 use crate::numeric::pieces;
 use crate::prepare::Gaps;
 use crate::transform::{fold, frequencies};
@@ -92,8 +92,8 @@ impl Pass<'_> {
         let scratch = self.realisations.working_bytes();
         // Of a site.
         let sums = self.shape().bytes() / TOGETHER as u64;
-        let longest = portions.iter().map(|portion| portion.segments.len());
-        let realisations = longest.max().unwrap_or(0) * self.realisations.tapers();
+        let longest = portions.iter().map(|portion| portion.segments.len()).max();
+        let realisations = longest.unwrap_or(0) * self.realisations.tapers();
         let pass = 16 * bins * realisations as u64
             + self.grid.threads() * (8 * TOGETHER as u64 * samples + scratch);
         // Delays are searched once the sums are gone.
@@ -137,18 +137,13 @@ impl Pass<'_> {
         &self,
         (shot, reference): (&Shot<'_>, &Reference),
         scratch: &mut SegmentScratch,
-        tile: (Range<usize>, Records<'_>),
+        tile: Tile<'_>,
         sums: &mut Sums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
         let (width, first) = (tile.1.width(), shot.portion.segments.start * tapers);
-        let scratch = (reference.kept.as_ref(), scratch);
-        shot.add(
-            self.realisations,
-            tile,
-            scratch,
-            sums,
-            |sums, r, spectra, has| {
+        let add =
+            |sums: &mut [LaneBlock], r: usize, spectra: &[Complex<f64>], has: &[f64; TOGETHER]| {
                 let other = &reference.spectra[(r - first) * bins..][..bins];
                 let levels = &reference.levels[(r - first) * self.bands.len()..];
                 let (shared, own) = sums.split_at_mut(self.bands.len());
@@ -164,11 +159,11 @@ impl Pass<'_> {
                     bands: (&self.bands, levels, shared),
                 });
                 for (y, beside) in other.iter().zip(beside) {
-                    let sums = beside.0.iter_mut().zip(has);
-                    sums.for_each(|(sum, has)| *sum += has * y.norm_sqr());
+                    beside.add(has.map(|has| has * y.norm_sqr()));
                 }
-            },
-        );
+            };
+        let scratch = (reference.kept.as_ref(), scratch);
+        shot.add(self.realisations, tile, scratch, sums, add);
     }
 
     fn finish(&self, tiles: Vec<Sums>) -> Result<Coherence> {
@@ -188,7 +183,8 @@ impl Pass<'_> {
         let steadiness = tiles[reference / TOGETHER].steadiness()[reference % TOGETHER];
         let steadiness = steadiness / records as f64;
         let independence = realisations.independence(records, left.as_ref(), steadiness);
-        let density = grid.time.step / (records * realisations.count()) as f64;
+        let count = (records * realisations.count()) as f64;
+        let density = grid.time.step / count;
         // Of a site from which segments are left out.
         let part = |j: usize| match &left {
             None if tiles[j / TOGETHER].steadiness()[j % TOGETHER].is_nan() => f64::NAN,
@@ -217,15 +213,15 @@ impl Pass<'_> {
             }
         });
         let phase = Array2::from_shape_fn(shape, |(m, j)| cross(m, j).arg());
+        let shared_bins = realisations.shared_bins();
         let independent = Array2::from_shape_fn((self.bands.len(), grid.sites), |(b, j)| {
             let own: f64 = self.bands[b].clone().map(|m| of_tile(0, m, j)).sum();
             let beside: f64 = self.bands[b].clone().map(|m| of_reference(m, j)).sum();
-            let count = (records * realisations.count()) as f64 / parts[j];
             let shared = tiles[j / TOGETHER].plain[b].0[j % TOGETHER];
             // What is related is uneven together, by chance.
             let band = coherence.slice(ndarray::s![self.bands[b].clone(), j]);
-            let related = band.sum() * realisations.shared_bins() / band.len().pow(2) as f64;
-            let evenness = own * beside / (count * shared) * (1.0 + related);
+            let related = band.sum() * shared_bins / band.len().pow(2) as f64;
+            let evenness = own * beside / (count / parts[j] * shared) * (1.0 + related);
             let all = match &left {
                 Some(left) if !independence.is_transient() => left.effective[j],
                 _ => independence.independent.unwrap_or(f64::NAN),
@@ -285,7 +281,7 @@ impl Divided for Pass<'_> {
         let held = self.held(shots.longest, portions);
         let block = shots.block("the cross-spectra of this field", held)?;
         shots.sum(
-            ("cross-spectra", block),
+            ("cross-spectra", block, shots.tiles()),
             portions,
             || Sums::zeros(self.shape()),
             |shot| self.reference(shot),

@@ -1,16 +1,14 @@
 //! Bicoherence of chosen sites along x: of each output frequency its largest and its sum.
 
-use std::ops::Range;
-
 use ndarray::Array2;
 
 use super::bicoherence::sidak;
 use super::pass::Pass;
 use super::products::{TripleSums, add_products};
-use super::spectra::{Evenness, Spectra};
+use super::spectra::Spectra;
 use super::triples::Triples;
 use crate::estimates::realisations::{
-    Independence, Realisations, Records, SegmentScratch, Shot, Sums, TOGETHER,
+    Independence, Realisations, Records, SegmentScratch, Shot, Sums, TOGETHER, Tile,
 };
 use crate::numeric::chi_square_level;
 
@@ -46,15 +44,14 @@ impl BicoherenceAlong {
     }
 }
 
-/// Sums of the chosen sites of a tile.
+/// Sums of some records: of the map, or of the chosen sites of a tile.
 pub(super) struct TileSums {
-    /// What the records of all its sites are like.
-    like: Sums,
-    /// Of each chosen site.
-    products: Vec<TripleSums>,
-    evenness: Vec<Evenness>,
-    /// Of each chosen site, once all its records are summed.
-    found: Vec<Vec<Found>>,
+    /// What all of them are like.
+    pub like: Sums,
+    /// Of each pair.
+    pub products: Vec<TripleSums>,
+    /// Of each chosen site, once all its records are summed, and how evenly realisations share its products.
+    found: Vec<(f64, Vec<Found>)>,
 }
 
 /// Of one output frequency; without pairs it means nothing.
@@ -73,8 +70,25 @@ impl TileSums {
         TileSums {
             like: Sums::zeros(realisations.shape(0)),
             products: Vec::new(),
-            evenness: Vec::new(),
             found: Vec::new(),
+        }
+    }
+
+    /// Adds what the records of a shot are like, and the products of pairs of them, in parallel where that is wished.
+    pub fn add(
+        &mut self,
+        realisations: &Realisations,
+        shot: &Shot<'_>,
+        (sites, records): (impl Iterator<Item = usize> + Clone, Records<'_>),
+        scratch: &mut SegmentScratch,
+        (triples, pairs, is_parallel): (&Triples, impl ExactSizeIterator<Item = [usize; 2]>, bool),
+    ) {
+        shot.look_at((sites, records), &mut scratch.numbers, &mut self.like);
+        let spectra = Spectra::of(realisations, records, scratch);
+        let zeros = || TripleSums::zeros(triples);
+        self.products.resize_with(pairs.len(), zeros);
+        for (sums, pair) in self.products.iter_mut().zip(pairs) {
+            add_products(triples, pair.map(|r| &spectra[r]), sums, is_parallel);
         }
     }
 }
@@ -85,7 +99,7 @@ impl Pass<'_> {
         &self,
         scratch: &mut SegmentScratch,
         shot: &Shot<'_>,
-        (sites, records): (Range<usize>, Records<'_>),
+        (sites, records): Tile<'_>,
         tile: &mut TileSums,
     ) {
         let along = &self.request.along;
@@ -93,40 +107,35 @@ impl Pass<'_> {
         if from == to {
             return;
         }
-        shot.look_at(
-            (sites.clone(), records),
-            &mut scratch.numbers,
-            &mut tile.like,
-        );
-        let spectra = Spectra::of(self.realisations, records, scratch);
-        let zeros = || TripleSums::zeros(&self.own);
-        tile.products.resize_with(to - from, zeros);
-        tile.evenness.resize_with(to - from, || self.evenness());
+        let own = along[from..to].iter().map(|site| [site - sites.start; 2]);
         // Tiles are in parallel where there are several.
-        let is_parallel = self.chosen_by_tile().nth(1).is_none();
-        let sums = tile.products.iter_mut().zip(&mut tile.evenness);
-        for ((sums, evenness), site) in sums.zip(&along[from..to]) {
-            let spectra = &spectra[site - sites.start];
-            add_products(&self.own, [spectra, spectra], sums, is_parallel);
-            evenness.add(spectra, spectra);
-        }
+        let how = (&self.own, own, self.chosen_by_tile().nth(1).is_none());
+        tile.add(
+            self.realisations,
+            shot,
+            (sites.clone(), records),
+            scratch,
+            how,
+        );
         if shot.portion.record + 1 == self.records {
-            let products = tile.products.drain(..);
-            tile.found = products.map(|sums| gathered(&self.own, &sums)).collect();
+            let shared = self.realisations.shared_bins();
+            let found = |sums: TripleSums| {
+                let evenness = sums.evenness.least(shared, true);
+                (evenness, gathered(&self.own, &sums))
+            };
+            tile.found = tile.products.drain(..).map(found).collect();
         }
     }
 
     /// What was found along x.
     pub fn along(&self, tiles: &[TileSums]) -> BicoherenceAlong {
         let sites = self.request.along.clone();
-        let found = tiles.iter().flat_map(|tile| &tile.found);
-        let evenness = tiles.iter().flat_map(|tile| &tile.evenness);
-        let shared = self.realisations.shared_bins();
-        let each = sites.iter().zip(evenness).map(|(site, evenness)| {
+        let found = sites.iter().zip(tiles.iter().flat_map(|tile| &tile.found));
+        let found = found.map(|(site, (evenness, found))| {
             let steadiness = tiles[site / TOGETHER].like.steadiness()[site % TOGETHER];
-            self.independence(steadiness, evenness.least(shared, true))
+            (found, self.independence(steadiness, *evenness))
         });
-        let columns: Vec<(&Vec<Found>, Independence)> = found.zip(each).collect();
+        let columns: Vec<(&Vec<Found>, Independence)> = found.collect();
         let alpha = self.request.alpha;
         let bins = self.realisations.bins();
         let df = 1.0 / (self.realisations.segments.length as f64 * self.grid.time.step);

@@ -2,18 +2,14 @@
 
 use super::along::TileSums;
 use super::bicoherence::{Bicoherence, BicoherenceMap, BicoherenceRequest};
-use super::products::{TripleSums, add_products};
-use super::spectra::{Evenness, Spectra, last_bin};
+use super::products::TripleSums;
+use super::spectra::{Spectra, last_bin};
 use super::triples::Triples;
 use crate::error::Result;
 use crate::estimates::realisations::{
-    Grid, Independence, Realisations, Records, SegmentScratch, Shot, Shots, Sums, TOGETHER,
-    interleave,
+    Grid, Independence, Realisations, Records, SegmentScratch, Shot, Shots, TOGETHER, interleave,
 };
 use crate::transform::{Segments, frequencies};
-
-/// What its records are like, how evenly they share its products, and its sums.
-type OfMap = (Sums, Evenness, TripleSums);
 
 pub(super) struct Pass<'a> {
     pub request: &'a BicoherenceRequest,
@@ -53,28 +49,20 @@ impl<'a> Pass<'a> {
         let portions = self.realisations.whole_records(self.records);
         let held = self.held(shots.longest);
         let block = shots.block("the bispectra of this field", held)?;
-        let mut of_map = (
-            Sums::zeros(self.realisations.shape(0)),
-            self.evenness(),
-            TripleSums::zeros(&self.triples),
-        );
-        let mut add_map = |shot: &Shot<'_>| self.add_map(shot, &mut of_map);
-        let mut tiles = Vec::new();
-        if self.request.along.is_empty() {
-            shots.each_portion(block, &portions, |shot| {
-                add_map(shot);
-                Ok(())
-            })?;
-        } else {
-            tiles = shots.sum(
-                ("bispectra", block),
-                &portions,
-                || TileSums::zeros(self.realisations),
-                add_map,
-                |(shot, ()), scratch, tile, sums| self.add_tile(scratch, shot, tile, sums),
-            )?;
-        }
-        Ok(self.finish(&of_map, &tiles))
+        let mut map = TileSums::zeros(self.realisations);
+        let tiles = self
+            .request
+            .along
+            .last()
+            .map_or(0, |last| last / TOGETHER + 1);
+        let tiles = shots.sum(
+            ("bispectra", block, tiles),
+            &portions,
+            || TileSums::zeros(self.realisations),
+            |shot| self.add_map(shot, &mut map),
+            |(shot, ()), scratch, tile, sums| self.add_tile(scratch, shot, tile, sums),
+        )?;
+        Ok(self.finish(&map, &tiles))
     }
 
     /// Bytes that are needed beside the samples, of which so many of a record are read.
@@ -102,24 +90,16 @@ impl<'a> Pass<'a> {
     }
 
     /// Adds a shot to the map.
-    fn add_map(&self, shot: &Shot<'_>, (like, evenness, map): &mut OfMap) {
+    fn add_map(&self, shot: &Shot<'_>, map: &mut TileSums) {
         let mut sites = vec![self.request.site, self.request.output()];
         sites.dedup();
         let (mut rows, mut scratch) = (Vec::new(), SegmentScratch::default());
         let records: Vec<f64> = sites.iter().flat_map(|site| shot.record(*site)).collect();
         interleave(&records, records.len() / sites.len(), &mut rows);
         let records = Records::interleaved(&rows, sites.len());
-        shot.look_at((sites.into_iter(), records), &mut scratch.numbers, like);
-        let spectra = Spectra::of(self.realisations, records, &mut scratch);
-        if let (Some(x), Some(z)) = (spectra.first(), spectra.last()) {
-            add_products(&self.triples, [x, z], map, true);
-            evenness.add(x, z);
-        }
-    }
-
-    /// Of no realisations.
-    pub fn evenness(&self) -> Evenness {
-        Evenness::zeros(self.realisations.segments.length)
+        let pair = std::iter::once([0, sites.len() - 1]);
+        let (of_sites, how) = ((sites.into_iter(), records), (&self.triples, pair, true));
+        map.add(self.realisations, shot, of_sites, &mut scratch, how);
     }
 
     /// The number of independent realisations of records whose steadiness has this sum, which share what is `least` even.
@@ -134,9 +114,14 @@ impl<'a> Pass<'a> {
         Independence::new(counts, effective, steadiness, samples).of_uneven(least)
     }
 
-    fn finish(&self, (like, evenness, map): &OfMap, tiles: &[TileSums]) -> Bicoherence {
-        let is_one_site = self.request.site == self.request.output();
-        let evenness = evenness.least(self.realisations.shared_bins(), is_one_site);
+    fn finish(
+        &self,
+        TileSums { like, products, .. }: &TileSums,
+        tiles: &[TileSums],
+    ) -> Bicoherence {
+        let (map, is_one_site) = (&products[0], self.request.site == self.request.output());
+        let shared = self.realisations.shared_bins();
+        let evenness = map.evenness.least(shared, is_one_site);
         let least = map.least();
         let segments = self.realisations.segments;
         let mut bins = Vec::with_capacity(self.triples.cells());

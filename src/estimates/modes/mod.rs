@@ -386,8 +386,7 @@ impl Pass<'_> {
                     if from == 0 {
                         let [_, squares] =
                             records.mean_and_squares(0..records.length(), &mut Vec::new());
-                        let energies = out.sums.plain[0].0.iter_mut().zip(squares);
-                        energies.for_each(|(sum, square)| *sum += square);
+                        out.sums.plain[0].add(squares);
                         shot.look_at((sites, records), &mut scratch.numbers, &mut out.sums);
                     }
                     self.realisations.each(records, scratch, |r, spectra| {

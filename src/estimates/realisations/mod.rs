@@ -35,6 +35,6 @@ pub(crate) use part::Portion;
 pub(crate) use records::{Records, interleave};
 pub(crate) use sheet::{least_median_most, without_mean};
 pub(crate) use shots::{
-    FILLED, Shot, Shots, TOGETHER, a_site, check_significance, first_of, refuse_left_out,
+    FILLED, Shot, Shots, TOGETHER, Tile, a_site, check_significance, first_of, refuse_left_out,
 };
 pub(crate) use sums::{Sums, SumsShape};

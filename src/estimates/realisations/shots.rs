@@ -55,9 +55,11 @@ pub(crate) struct Shot<'s> {
     pub portion: Portion,
     prepared: Prepared<'s>,
     block: Option<usize>,
-    gaps: Gaps,
-    pub observer: &'s dyn Observer,
+    shots: &'s Shots<'s>,
 }
+
+/// Sites that are next to one another, and their records.
+pub(crate) type Tile<'r> = (Range<usize>, Records<'r>);
 
 impl<'a> Shots<'a> {
     /// `memory`: bytes of working memory, by default half of the free memory. `reached`: samples of a
@@ -159,8 +161,7 @@ impl<'a> Shots<'a> {
                 portion: portion.clone(),
                 prepared,
                 block,
-                gaps: self.gaps,
-                observer: self.observer,
+                shots: self,
             };
             self.check_cuts(&shot)?;
             visit(&shot)?;
@@ -168,29 +169,29 @@ impl<'a> Shots<'a> {
         Ok(())
     }
 
-    /// What tiles of sites add up to over portions of the shots, from `zeros` on. `before`: what all tiles of a portion need; `add`
-    /// adds a tile.
+    /// What the first `tiles` of sites add up to over portions of the shots, from `zeros` on. `before`: what all tiles of a
+    /// portion need; `add` adds a tile.
     ///
     /// # Errors
     /// Those of [`Self::each_portion`].
     pub fn sum<T: Send, C: Sync, S: Default>(
         &self,
-        (stage, block): (&'static str, Option<usize>),
+        (stage, block, tiles): (&'static str, Option<usize>, usize),
         portions: &[Portion],
         zeros: impl Fn() -> T + Sync,
         mut before: impl FnMut(&Shot<'_>) -> C,
-        add: impl Fn((&Shot<'_>, &C), &mut S, (Range<usize>, Records<'_>), &mut T) + Sync,
+        add: impl Fn((&Shot<'_>, &C), &mut S, Tile<'_>, &mut T) + Sync,
     ) -> Result<Vec<T>> {
-        let mut tiles: Vec<Option<T>> = Vec::new();
-        tiles.resize_with(self.tiles(), || None);
+        let mut all: Vec<Option<T>> = Vec::new();
+        all.resize_with(tiles, || None);
         self.each_portion(block, portions, |shot| {
             let before = before(shot);
-            shot.each_tile(stage, &mut tiles, |scratch, sites, records, tile| {
+            shot.each_tile(stage, &mut all, |scratch, sites, records, tile| {
                 let sums = tile.get_or_insert_with(&zeros);
                 add((shot, &before), scratch, (sites, records), sums);
             })
         })?;
-        Ok(tiles.into_iter().flatten().collect())
+        Ok(all.into_iter().flatten().collect())
     }
 
     /// That no gap at the ends of a portion was filled from one side alone.
@@ -276,7 +277,7 @@ impl<'a> Shots<'a> {
 impl Shot<'_> {
     /// Whether segments with missing samples are left out.
     pub fn leaves_out(&self) -> bool {
-        self.gaps == Gaps::LeaveOut
+        self.shots.gaps == Gaps::LeaveOut
     }
 
     /// Times of a site's missing samples, where segments that hold them are left out.
@@ -334,7 +335,7 @@ impl Shot<'_> {
     pub fn add(
         &self,
         realisations: &Realisations,
-        (sites, records): (Range<usize>, Records<'_>),
+        (sites, records): Tile<'_>,
         (beside, scratch): (Option<&KeptSegments>, &mut SegmentScratch),
         sums: &mut Sums,
         mut add: impl FnMut(&mut [LaneBlock], usize, &[Complex<f64>], &[f64; TOGETHER]),
@@ -343,10 +344,10 @@ impl Shot<'_> {
         if let Some(beside) = beside {
             kept.iter_mut().for_each(|kept| *kept = kept.and(beside));
         }
-        let pairs = kept.iter().map(|kept| kept.pairs(realisations.distances()));
         sums.left.resize_with(kept.len(), SegmentPairs::default);
-        let left = sums.left.iter_mut().zip(pairs);
-        left.for_each(|(sums, pairs)| sums.add(pairs));
+        for (sums, kept) in sums.left.iter_mut().zip(&kept) {
+            sums.add(kept.pairs(realisations.distances()));
+        }
         self.look_at((sites, records), &mut scratch.numbers, sums);
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             let has = KeptSegments::has_each(&kept, r / realisations.tapers());
@@ -369,7 +370,7 @@ impl Shot<'_> {
         let reach = (gaps.len() / runs).div_ceil(2).max(1);
         let mean = record.iter().sum::<f64>() / record.len() as f64;
         let share = gaps.len() as f64 / record.len() as f64;
-        let (squares, lost): (f64, f64) = match self.gaps {
+        let (squares, lost): (f64, f64) = match self.shots.gaps {
             Gaps::Interpolate => {
                 let around = record.windows(2 * reach + 1);
                 let apart = around.map(|v| v[reach] - 0.5 * (v[0] + v[2 * reach]));
@@ -412,7 +413,7 @@ impl Shot<'_> {
         self.prepared.release_times(times);
     }
 
-    /// Visits the tiles in parallel: its scratch, its sites, their records interleaved, its result.
+    /// Visits the first tiles in parallel, as many as there are results: its scratch, its sites, their records interleaved, its result.
     /// A result is visited by one thread, so its bits depend neither on threads nor on blocks.
     ///
     /// # Errors
@@ -423,8 +424,12 @@ impl Shot<'_> {
         results: &mut [T],
         visit: impl Fn(&mut S, Range<usize>, Records<'_>, &mut T) + Sync,
     ) -> Result<()> {
-        let n_sites = self.prepared.n_sites();
-        self.observer.stage(stage, n_sites as u64);
+        let n_sites = self.prepared.n_sites().min(results.len() * TOGETHER);
+        if n_sites == 0 {
+            return Ok(());
+        }
+        let observer = self.shots.observer;
+        observer.stage(stage, n_sites as u64);
         let block = self.block.unwrap_or(n_sites);
         let mut space = ReadAhead::default();
         for from in (0..n_sites).step_by(block) {
@@ -433,13 +438,13 @@ impl Shot<'_> {
             let tiles = from / TOGETHER..sites.end.div_ceil(TOGETHER);
             let of_tile =
                 |(room, scratch): &mut (Vec<f64>, S), (i, result): (usize, &mut T)| -> Result<()> {
-                    self.observer.go_on()?;
+                    observer.go_on()?;
                     let first = from + i * TOGETHER;
                     let sites = first..sites.end.min(first + TOGETHER);
                     let width = sites.len();
                     let samples = on_lines(room, width * self.prepared.n_times());
                     self.prepared.columns(ahead, sites.clone(), samples);
-                    self.observer.advance(width as u64);
+                    observer.advance(width as u64);
                     visit(scratch, sites, Records::interleaved(samples, width), result);
                     Ok(())
                 };

@@ -120,7 +120,7 @@ impl Sums {
         // A mark stays.
         let least = |a: f64, b: f64| if b < a || b.is_nan() { b } else { a };
         let [own, least_of, ..] = &mut self.of_records;
-        own.0.iter_mut().zip(of_lanes).for_each(|(a, b)| *a += b);
+        own.add(of_lanes);
         least_of.0[0] += of_lanes.into_iter().fold(1.0, least);
     }
 
@@ -186,10 +186,7 @@ impl Sums {
     pub fn merge(&mut self, later: Sums) {
         let sums = self.plain.iter_mut().chain(&mut self.of_records);
         let added = later.plain.iter().chain(&later.of_records);
-        for (sum, added) in sums.zip(added) {
-            let lanes = sum.0.iter_mut().zip(added.0);
-            lanes.for_each(|(sum, value)| *sum += value);
-        }
+        sums.zip(added).for_each(|(sum, added)| sum.add(added.0));
         for (record, pieces) in later.begun {
             let own = self.pieces_of(record);
             own.iter_mut().zip(&pieces).for_each(|(a, b)| join(a, b));

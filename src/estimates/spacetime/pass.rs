@@ -100,9 +100,9 @@ impl<'a> Pass<'a> {
         shots.each_portion(block, &time.whole_records(records), |shot| {
             let segments = 0..time.segments.count();
             let stage = "segments of all sites";
-            shot.observer.stage(stage, segments.len() as u64);
+            shots.observer.stage(stage, segments.len() as u64);
             for segment in segments {
-                shot.observer.go_on()?;
+                shots.observer.go_on()?;
                 self.read(shot, segment, &mut tiles, &mut sites);
                 for taper in 0..time.tapers() {
                     self.along_time(taper, &mut tiles);
@@ -110,11 +110,20 @@ impl<'a> Pass<'a> {
                 }
                 let done = segment * time.segments.hop;
                 shot.release(done..done + time.segments.hop);
-                shot.observer.advance(1);
+                shots.observer.advance(1);
             }
             Ok(())
         })?;
-        Ok(self.totals(records, groups, sites))
+        let (pairs, space) = (self.pairs, self.squares[1].clone());
+        let count = (records * time.segments.count()) as f64;
+        Ok(Totals {
+            weighted: (pairs > 1).then(|| self.weighted(&groups, count)),
+            groups,
+            tiles: sites,
+            pairs,
+            realisations: count * (time.tapers() * self.space.tapers()) as f64,
+            space,
+        })
     }
 
     /// Bytes of a segment of all sites, of the sums and what is made of them, and of the scratch of all threads.
@@ -159,8 +168,7 @@ impl<'a> Pass<'a> {
             let mut energies = Vec::with_capacity(width);
             for (sums, rows) in sums.plain.iter_mut().zip([&numbers[..], moving]) {
                 interleaved_sums_of_squares(rows, width, &mut energies);
-                let sums = sums.0.iter_mut().zip(&energies);
-                sums.for_each(|(sum, energy)| *sum += energy);
+                sums.add(energies.iter().copied());
             }
         };
         let tiles = tiles.par_iter_mut().zip(sites).enumerate();
@@ -207,9 +215,7 @@ impl<'a> Pass<'a> {
                 for (powers, sums) in powers.chunks_exact(sites).zip(sums) {
                     let sums = sums.iter_mut().skip(pair).step_by(self.pairs);
                     for (powers, sums) in powers.chunks(WIDTH).zip(sums) {
-                        for (sum, power) in sums.0.iter_mut().zip(powers) {
-                            *sum += power;
-                        }
+                        sums.add(powers.iter().copied());
                     }
                 }
             }

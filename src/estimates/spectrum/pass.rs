@@ -1,7 +1,5 @@
 //! The pass over the records of [`super::spectrum()`].
 
-use std::ops::Range;
-
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -11,8 +9,8 @@ use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
-    Average, Grid, Independence, KeptSegments, Portion, Realisations, Records, SegmentScratch,
-    Shot, Shots, Sums, SumsShape, TOGETHER, Weights, WithoutOne,
+    Average, Grid, Independence, KeptSegments, Portion, Realisations, SegmentScratch, Shot, Shots,
+    Sums, SumsShape, TOGETHER, Tile, Weights, WithoutOne,
 };
 use crate::numeric::lanes::{LaneBlock, widest};
 use crate::transform::fold;
@@ -66,9 +64,6 @@ impl TileSums {
         }
     }
 }
-
-/// The records of a few sites.
-type Sites<'r> = (Range<usize>, Records<'r>);
 
 #[derive(Default)]
 struct Scratch {
@@ -167,7 +162,7 @@ impl<'a> Pass<'a> {
         is_one: bool,
     ) -> Result<Vec<TileSums>> {
         shots.sum(
-            ("spectra", block),
+            ("spectra", block, shots.tiles()),
             portions,
             || TileSums::of(Sums::zeros(self.shape())),
             |_| (),
@@ -187,7 +182,7 @@ impl<'a> Pass<'a> {
         &self,
         scratch: &mut Scratch,
         shot: &Shot<'_>,
-        (sites, records): Sites<'_>,
+        (sites, records): Tile<'_>,
         tile: &mut TileSums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
@@ -261,7 +256,7 @@ impl<'a> Pass<'a> {
         &self,
         scratch: &mut Scratch,
         shot: &Shot<'_>,
-        (sites, records): Sites<'_>,
+        (sites, records): Tile<'_>,
         left_out: LeftOutEach,
         tile: &mut TileSums,
     ) {
@@ -302,8 +297,7 @@ impl<'a> Pass<'a> {
         self.realisations.each(records, segments, |r, spectra| {
             let (taper, has) = (r % tapers, KeptSegments::has_each(&kept, r / tapers));
             add_powers((spectra, width), &has, left, (taper, tapers));
-            let count = counts[taper].0.iter_mut().zip(has);
-            count.for_each(|(count, has)| *count += has);
+            counts[taper].add(has);
             if !is_record {
                 without((&counts[..], &left[..]));
                 counts[taper] = zero;
@@ -351,10 +345,8 @@ fn add_powers(
 ) {
     let rows = spectra.chunks_exact(width);
     for (row, sums) in rows.zip(sums.chunks_exact_mut(tapers)) {
-        let sums = sums[taper].0.iter_mut().zip(has);
-        for (x, (sum, has)) in row.iter().zip(sums) {
-            *sum += has * x.norm_sqr();
-        }
+        let powers = row.iter().zip(has).map(|(x, has)| has * x.norm_sqr());
+        sums[taper].add(powers);
     }
 }
 
