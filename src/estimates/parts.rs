@@ -2,8 +2,6 @@
 
 mod combination;
 
-use std::ops::Range;
-
 use serde::{Deserialize, Serialize};
 
 use super::realisations::{
@@ -117,15 +115,6 @@ impl PartialAbout {
     }
 }
 
-/// Records of which a range of segments holds some, but not all.
-fn begun(range: &Range<usize>, segments: usize) -> Vec<usize> {
-    let of = |segment: usize| segment / segments;
-    let mut ends = vec![of(range.start), of(range.end - 1)];
-    ends.dedup();
-    ends.retain(|record| range.start > record * segments || range.end < (record + 1) * segments);
-    ends
-}
-
 /// Sums over a part of the realisations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Partial {
@@ -140,12 +129,11 @@ impl Partial {
         8 * self.sums.len()
     }
 
-    fn new(about: PartialAbout, tiles: Vec<Sums>, segments: usize) -> Partial {
-        let begun = begun(&(about.range[0]..about.range[1]), segments);
+    fn new(about: PartialAbout, tiles: Vec<Sums>) -> Partial {
         let mut sums = Vec::new();
         let count = tiles.len();
         for (i, mut tile) in tiles.into_iter().enumerate() {
-            tile.write(&begun, &mut sums);
+            tile.write(&mut sums);
             // All are as long as the first.
             if i == 0 {
                 sums.reserve_exact((count - 1) * sums.len());
@@ -177,11 +165,11 @@ pub fn partial(
     observer: &dyn Observer,
 ) -> Result<Partial> {
     let grid = Grid::of(first_of(fields)?);
-    let realisations = request.plan(&grid)?;
-    let range = part.range(fields.len() * realisations.segments.count())?;
-    let portions = realisations.portions(range);
-    let about = (Some(part), 0, &portions[..]);
-    partial_of(fields, request, (grid, &realisations), about, observer)
+    let portions = |all: &Realisations| {
+        let segments = fields.len() * all.segments.count();
+        Ok(all.portions(part.range(segments)?))
+    };
+    partial_of(fields, request, grid, (Some(part), 0), portions, observer)
 }
 
 /// The place of a block of samples in its record.
@@ -212,35 +200,34 @@ pub fn partial_of_block(
         times: place.record,
         ..Grid::of(first_of(&[field])?)
     };
-    let realisations = request.plan(&grid)?;
     let samples = place.first..place.first.saturating_add(field.n_times());
-    let portions = [realisations.portion_of_block(samples)?];
-    let about = (None, place.first, &portions[..]);
-    partial_of(&[field], request, (grid, &realisations), about, observer)
+    let portions = |all: &Realisations| Ok(vec![all.portion_of_block(samples)?]);
+    let about = (None, place.first);
+    partial_of(&[field], request, grid, about, portions, observer)
 }
 
-/// Of a part, if it is one of a certain number, these portions; fields begin with this sample of their records.
+/// Of a part, if it is one of a certain number; fields begin with this sample of their records.
 fn partial_of(
     fields: &[&Field],
     request: &DividedRequest,
-    (grid, realisations): (Grid, &Realisations),
-    (part, first, portions): (Option<Part>, usize, &[Portion]),
+    grid: Grid,
+    (part, first): (Option<Part>, usize),
+    portions: impl FnOnce(&Realisations) -> Result<Vec<Portion>>,
     observer: &dyn Observer,
 ) -> Result<Partial> {
     let (gaps, memory, threads) = request.choices();
-    let segments = realisations.segments.count();
-    let (from, to) = (&portions[0], &portions[portions.len() - 1]);
-    let range = [
-        from.record * segments + from.segments.start,
-        to.record * segments + to.segments.end,
-    ];
+    let realisations = request.plan(&grid)?;
+    let portions = &portions(&realisations)?[..];
     refuse_left_out(gaps, "a part of the segments")?;
     let tiles = in_pool(threads, || {
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
         let shots = shots.in_portions(portions, first, grid.times);
-        let pass = request.pass(realisations, &grid, fields.len());
+        let pass = request.pass(&realisations, &grid, fields.len());
         pass.sums(&shots, portions)
     })?;
+    let (from, to) = (&portions[0], &portions[portions.len() - 1]);
+    let [first, last] = [from, to].map(|portion| portion.record * realisations.segments.count());
+    let range = [first + from.segments.start, last + to.segments.end];
     let about = PartialAbout {
         request: request.clone(),
         fields: fields.iter().map(|field| field.name.clone()).collect(),
@@ -248,5 +235,5 @@ fn partial_of(
         part,
         range,
     };
-    Ok(Partial::new(about, tiles, segments))
+    Ok(Partial::new(about, tiles))
 }

@@ -1,7 +1,5 @@
 //! The pass over the records of [`super::coherence()`].
 
-use std::ops::Range;
-
 use ndarray::Array2;
 use num_complex::Complex;
 
@@ -11,10 +9,10 @@ use super::{Coherence, CoherenceRequest};
 use crate::error::{Error, Result};
 use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
-    Grid, KeptOfSites, Portion, Realisations, Records, SegmentScratch, SegmentsLeft, Shot, Shots,
-    Sums, SumsShape, TOGETHER, a_site, check_count, check_significance, share_that_counts,
+    Grid, KeptSegments, Portion, Realisations, Records, SegmentScratch, SegmentsLeft, Shot, Shots,
+    Sums, SumsShape, TOGETHER, Tile, a_site, check_count, check_significance, share_that_counts,
 };
-use crate::numeric::lanes::widest;
+use crate::numeric::lanes::{LaneBlock, widest};
 use crate::prepare::Gaps;
 use crate::transform::{fold, frequencies};
 
@@ -57,12 +55,12 @@ const BLOCKS: usize = 3;
 const OF_SITE: u64 = 256;
 const OF_BIN: u64 = 192;
 
-/// The conjugate transforms of the reference over a portion.
+/// The reference over a portion.
 struct Reference {
+    /// Its conjugate transforms.
     spectra: Vec<Complex<f64>>,
-    /// Of the first of them.
-    first: usize,
-    kept: KeptOfSites,
+    /// The segments that it keeps, where some are left out.
+    kept: Option<KeptSegments>,
 }
 
 impl Pass<'_> {
@@ -79,8 +77,8 @@ impl Pass<'_> {
         let scratch = self.realisations.working_bytes();
         // Of a site.
         let sums = self.shape().bytes() / TOGETHER as u64;
-        let longest = portions.iter().map(|portion| portion.segments.len());
-        let realisations = longest.max().unwrap_or(0) * self.realisations.tapers();
+        let longest = portions.iter().map(|portion| portion.segments.len()).max();
+        let realisations = longest.unwrap_or(0) * self.realisations.tapers();
         let pass = 16 * bins * realisations as u64
             + self.grid.threads() * (8 * TOGETHER as u64 * samples + scratch);
         // Delays are searched once the sums are gone.
@@ -106,52 +104,42 @@ impl Pass<'_> {
         let (record, mut scratch) = (Records::interleaved(&record, 1), SegmentScratch::default());
         self.realisations
             .each_of(&shot.portion, record, &mut scratch, conjugate);
+        let kept = shot.kept(site..site + 1, self.realisations.segments);
         Reference {
             spectra,
-            first: segments.start * tapers,
-            kept: shot.kept(site..site + 1, self.realisations.segments),
+            kept: kept.into_iter().next(),
         }
     }
 
     /// Adds the segments of a tile to its sums.
     fn add(
         &self,
-        scratch: &mut SegmentScratch,
         (shot, reference): (&Shot<'_>, &Reference),
-        (sites, records): (Range<usize>, Records<'_>),
+        scratch: &mut SegmentScratch,
+        tile: Tile<'_>,
         sums: &mut Sums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
-        // The segments that each site keeps with the reference.
-        let kept = shot.kept(sites.clone(), self.realisations.segments);
-        let kept = kept.with(&reference.kept);
-        kept.add_to(&mut sums.left, self.realisations.distances());
-        // How steady the reference is, and which sites are marked.
-        let mut marks = shot.mark(sites.clone()).into_iter();
-        if sites.contains(&self.request.reference) || marks.any(f64::is_nan) {
-            self.realisations
-                .add_steadiness(shot, (sites, records), scratch, sums);
-        }
-        let visit = |r: usize, spectra: &[Complex<f64>]| {
-            let other = &reference.spectra[(r - reference.first) * bins..][..bins];
-            let has = kept.has(r / tapers);
-            let (own, cross) = sums.plain.split_at_mut(bins);
-            let (re, cross) = cross.split_at_mut(bins);
-            let (im, beside) = cross.split_at_mut(bins);
-            widest(Products {
-                spectra,
-                width: records.width(),
-                reference: other,
-                has: &has,
-                sums: [own, re, im],
-            });
-            for (y, beside) in other.iter().zip(beside) {
-                let sums = beside.0.iter_mut().zip(&has);
-                sums.for_each(|(sum, has)| *sum += has * y.norm_sqr());
-            }
-        };
-        self.realisations
-            .each_of(&shot.portion, records, scratch, visit);
+        let (width, first) = (tile.1.width(), shot.portion.segments.start * tapers);
+        let add =
+            |sums: &mut [LaneBlock], r: usize, spectra: &[Complex<f64>], has: &[f64; TOGETHER]| {
+                let other = &reference.spectra[(r - first) * bins..][..bins];
+                let (own, cross) = sums.split_at_mut(bins);
+                let (re, cross) = cross.split_at_mut(bins);
+                let (im, beside) = cross.split_at_mut(bins);
+                widest(Products {
+                    spectra,
+                    width,
+                    reference: other,
+                    has,
+                    sums: [own, re, im],
+                });
+                for (y, beside) in other.iter().zip(beside) {
+                    beside.add(has.map(|has| has * y.norm_sqr()));
+                }
+            };
+        let scratch = (reference.kept.as_ref(), scratch);
+        shot.add(self.realisations, tile, scratch, sums, add);
     }
 
     fn finish(&self, tiles: Vec<Sums>) -> Result<Coherence> {
@@ -233,10 +221,8 @@ impl Pass<'_> {
 impl Divided for Pass<'_> {
     fn shape(&self) -> SumsShape {
         let leaves_out = self.request.gaps == Gaps::LeaveOut;
-        SumsShape {
-            plain: (BLOCKS + usize::from(leaves_out)) * self.realisations.bins(),
-            pieces: self.realisations.pieces(),
-        }
+        let blocks = BLOCKS + usize::from(leaves_out);
+        self.realisations.shape(blocks * self.realisations.bins())
     }
 
     fn result_bytes(&self) -> u64 {
@@ -249,19 +235,13 @@ impl Divided for Pass<'_> {
     fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<Vec<Sums>> {
         let held = self.held(shots.longest, portions);
         let block = shots.block("the cross-spectra of this field", held)?;
-        let mut tiles = vec![None; shots.tiles()];
-        shots.each_portion(block, portions, |shot| {
-            let reference = self.reference(shot);
-            shot.each_tile(
-                "cross-spectra",
-                &mut tiles,
-                |scratch, sites, records, tile| {
-                    let sums = tile.get_or_insert_with(|| Sums::zeros(self.shape()));
-                    self.add(scratch, (shot, &reference), (sites, records), sums);
-                },
-            )
-        })?;
-        Ok(tiles.into_iter().flatten().collect())
+        shots.sum(
+            ("cross-spectra", block, shots.tiles()),
+            portions,
+            || Sums::zeros(self.shape()),
+            |shot| self.reference(shot),
+            |shot, scratch, tile, sums| self.add(shot, scratch, tile, sums),
+        )
     }
 
     fn combine(&self, sums: Vec<Sums>) -> Result<Combined> {

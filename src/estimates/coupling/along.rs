@@ -1,15 +1,15 @@
 //! Bicoherence of chosen sites along x: of each output frequency its largest and its sum.
 
-use std::ops::Range;
-
 use ndarray::Array2;
 
 use super::bicoherence::sidak;
 use super::pass::Pass;
 use super::products::{TripleSums, add_products};
-use super::spectra::{Evenness, Spectra};
+use super::spectra::Spectra;
 use super::triples::Triples;
-use crate::estimates::realisations::{Independence, Records, SegmentScratch, Shot, Sums, TOGETHER};
+use crate::estimates::realisations::{
+    Independence, Realisations, Records, SegmentScratch, Shot, Sums, TOGETHER, Tile,
+};
 use crate::numeric::chi_square_level;
 
 /// Own bicoherence of sites, gathered at `f3 = f1 + f2`. Arrays are `(frequency f3, site)`, NaN where there is
@@ -44,15 +44,14 @@ impl BicoherenceAlong {
     }
 }
 
-/// Sums of the chosen sites of a tile.
-#[derive(Default)]
+/// Sums of some records: of the map, or of the chosen sites of a tile.
 pub(super) struct TileSums {
-    steadiness: Option<Sums>,
-    /// Of each chosen site.
-    products: Vec<TripleSums>,
-    evenness: Vec<Evenness>,
-    /// Of each chosen site, once all its records are summed.
-    found: Vec<Vec<Found>>,
+    /// What all of them are like.
+    pub like: Sums,
+    /// Of each pair.
+    pub products: Vec<TripleSums>,
+    /// Of each chosen site, once all its records are summed, and how evenly realisations share its products.
+    found: Vec<(f64, Vec<Found>)>,
 }
 
 /// Of one output frequency; without pairs it means nothing.
@@ -67,77 +66,76 @@ pub(super) struct Found {
 }
 
 impl TileSums {
-    /// What is found at each chosen site, in place of its sums.
-    pub fn gather(&mut self, pass: &Pass<'_>) {
-        let products = self.products.drain(..);
-        self.found = products.map(|sums| gathered(&pass.own, &sums)).collect();
+    pub fn zeros(realisations: &Realisations) -> TileSums {
+        TileSums {
+            like: Sums::zeros(realisations.shape(0)),
+            products: Vec::new(),
+            found: Vec::new(),
+        }
+    }
+
+    /// Adds what the records of a shot are like, and the products of pairs of them, in parallel where that is wished.
+    pub fn add(
+        &mut self,
+        realisations: &Realisations,
+        shot: &Shot<'_>,
+        (sites, records): (impl Iterator<Item = usize> + Clone, Records<'_>),
+        scratch: &mut SegmentScratch,
+        (triples, pairs, is_parallel): (&Triples, impl ExactSizeIterator<Item = [usize; 2]>, bool),
+    ) {
+        shot.look_at((sites, records), &mut scratch.numbers, &mut self.like);
+        let spectra = Spectra::of(realisations, records, scratch);
+        let zeros = || TripleSums::zeros(triples);
+        self.products.resize_with(pairs.len(), zeros);
+        for (sums, pair) in self.products.iter_mut().zip(pairs) {
+            add_products(triples, pair.map(|r| &spectra[r]), sums, is_parallel);
+        }
     }
 }
 
 impl Pass<'_> {
-    /// The chosen sites among these.
-    pub fn chosen(&self, sites: &Range<usize>) -> &[usize] {
-        let along = &self.request.along;
-        let before = |end: usize| along.partition_point(|site| *site < end);
-        &along[before(sites.start)..before(sites.end)]
-    }
-
-    /// Adds a shot to the sums of a tile.
+    /// Adds a shot to the sums of a tile; behind the last one, what is found takes their place.
     pub fn add_tile(
         &self,
         scratch: &mut SegmentScratch,
         shot: &Shot<'_>,
-        (sites, records): (Range<usize>, Records<'_>),
+        (sites, records): Tile<'_>,
         tile: &mut TileSums,
     ) {
-        let chosen = self.chosen(&sites);
-        if chosen.is_empty() {
+        let along = &self.request.along;
+        let [from, to] = [sites.start, sites.end].map(|end| along.partition_point(|j| *j < end));
+        if from == to {
             return;
         }
-        let some: Vec<f64>;
-        let records = match chosen.len() == sites.len() {
-            true => records,
-            false => {
-                let rows = records.rows(0..records.length());
-                let rows = rows.chunks_exact(sites.len());
-                let of = |site: &usize| site - sites.start;
-                some = rows
-                    .flat_map(|row| chosen.iter().map(move |site| row[of(site)]))
-                    .collect();
-                Records::interleaved(&some, chosen.len())
-            }
-        };
-        let steadiness = tile.steadiness.get_or_insert_with(|| self.steadiness());
-        let of_sites = (chosen.iter().copied(), records);
-        self.realisations
-            .add_steadiness(shot, of_sites, scratch, steadiness);
-        let spectra = Spectra::of(self.realisations, records, scratch);
-        let zeros = || TripleSums::zeros(&self.own);
-        tile.products.resize_with(chosen.len(), zeros);
-        tile.evenness.resize_with(chosen.len(), || self.evenness());
+        let own = along[from..to].iter().map(|site| [site - sites.start; 2]);
         // Tiles are in parallel where there are several.
-        let is_parallel = self.chosen_by_tile().nth(1).is_none();
-        let sums = tile.products.iter_mut().zip(&mut tile.evenness);
-        for ((sums, evenness), spectra) in sums.zip(&spectra) {
-            add_products(&self.own, [spectra, spectra], sums, is_parallel);
-            evenness.add(spectra, spectra);
+        let how = (&self.own, own, self.chosen_by_tile().nth(1).is_none());
+        tile.add(
+            self.realisations,
+            shot,
+            (sites.clone(), records),
+            scratch,
+            how,
+        );
+        if shot.portion.record + 1 == self.records {
+            let shared = self.realisations.shared_bins();
+            let found = |sums: TripleSums| {
+                let evenness = sums.evenness.least(shared);
+                (evenness, gathered(&self.own, &sums))
+            };
+            tile.found = tile.products.drain(..).map(found).collect();
         }
     }
 
     /// What was found along x.
-    pub fn along(&self, tiles: Vec<TileSums>) -> BicoherenceAlong {
+    pub fn along(&self, tiles: &[TileSums]) -> BicoherenceAlong {
         let sites = self.request.along.clone();
-        let found = tiles.into_iter().flat_map(|tile| {
-            let steadiness = tile.steadiness.map(|sums| sums.steadiness());
-            let steadiness = steadiness.unwrap_or_default();
-            tile.found.into_iter().zip(steadiness).zip(tile.evenness)
+        let found = sites.iter().zip(tiles.iter().flat_map(|tile| &tile.found));
+        let found = found.map(|(site, (evenness, found))| {
+            let steadiness = tiles[site / TOGETHER].like.steadiness()[site % TOGETHER];
+            (found, self.independence(steadiness, *evenness))
         });
-        let shared = self.realisations.shared_bins();
-        let found = found.map(|((found, steadiness), evenness)| {
-            let evenness = evenness.least(shared);
-            (found, self.independence(steadiness, evenness))
-        });
-        let columns: Vec<(Vec<Found>, Independence)> = found.collect();
+        let columns: Vec<(&Vec<Found>, Independence)> = found.collect();
         let alpha = self.request.alpha;
         let bins = self.realisations.bins();
         let df = 1.0 / (self.realisations.segments.length as f64 * self.grid.time.step);

@@ -2,15 +2,13 @@
 
 use super::along::TileSums;
 use super::bicoherence::{Bicoherence, BicoherenceMap, BicoherenceRequest};
-use super::products::{TripleSums, add_products};
-use super::spectra::{Evenness, Spectra, last_bin};
+use super::products::TripleSums;
+use super::spectra::{Spectra, last_bin};
 use super::triples::Triples;
 use crate::error::Result;
 use crate::estimates::realisations::{
-    Grid, Independence, Realisations, Records, SegmentScratch, Shot, Shots, Sums, SumsShape,
-    TOGETHER, interleave,
+    Grid, Independence, Realisations, Records, SegmentScratch, Shot, Shots, TOGETHER, interleave,
 };
-
 use crate::transform::{Segments, frequencies};
 
 pub(super) struct Pass<'a> {
@@ -18,7 +16,7 @@ pub(super) struct Pass<'a> {
     pub grid: &'a Grid,
     pub realisations: &'a Realisations,
     /// Records of a site.
-    records: usize,
+    pub records: usize,
     /// Of the map.
     triples: Triples,
     /// Of a site by itself.
@@ -51,24 +49,20 @@ impl<'a> Pass<'a> {
         let portions = self.realisations.whole_records(self.records);
         let held = self.held(shots.longest);
         let block = shots.block("the bispectra of this field", held)?;
-        let mut steadiness = self.steadiness();
-        let mut map = TripleSums::zeros(&self.triples);
-        let mut evenness = self.evenness();
-        let mut tiles = Vec::new();
-        tiles.resize_with(shots.tiles(), TileSums::default);
-        shots.each_portion(block, &portions, |shot| {
-            self.add_map(shot, (&mut steadiness, &mut evenness), &mut map);
-            if self.request.along.is_empty() {
-                return Ok(());
-            }
-            shot.each_tile("bispectra", &mut tiles, |scratch, sites, records, tile| {
-                self.add_tile(scratch, shot, (sites, records), tile);
-                if shot.portion.record + 1 == self.records {
-                    tile.gather(self);
-                }
-            })
-        })?;
-        Ok(self.finish((&steadiness, &evenness), &map, tiles))
+        let mut map = TileSums::zeros(self.realisations);
+        let tiles = self
+            .request
+            .along
+            .last()
+            .map_or(0, |last| last / TOGETHER + 1);
+        let tiles = shots.sum(
+            ("bispectra", block, tiles),
+            &portions,
+            || TileSums::zeros(self.realisations),
+            |shot| self.add_map(shot, &mut map),
+            |(shot, ()), scratch, tile, sums| self.add_tile(scratch, shot, tile, sums),
+        )?;
+        Ok(self.finish(&map, &tiles))
     }
 
     /// Bytes that are needed beside the samples, of which so many of a record are read.
@@ -96,37 +90,16 @@ impl<'a> Pass<'a> {
     }
 
     /// Adds a shot to the map.
-    fn add_map(
-        &self,
-        shot: &Shot<'_>,
-        (steadiness, evenness): (&mut Sums, &mut Evenness),
-        map: &mut TripleSums,
-    ) {
+    fn add_map(&self, shot: &Shot<'_>, map: &mut TileSums) {
         let mut sites = vec![self.request.site, self.request.output()];
         sites.dedup();
         let (mut rows, mut scratch) = (Vec::new(), SegmentScratch::default());
         let records: Vec<f64> = sites.iter().flat_map(|site| shot.record(*site)).collect();
         interleave(&records, records.len() / sites.len(), &mut rows);
         let records = Records::interleaved(&rows, sites.len());
-        let of_sites = (sites.into_iter(), records);
-        self.realisations
-            .add_steadiness(shot, of_sites, &mut scratch, steadiness);
-        let spectra = Spectra::of(self.realisations, records, &mut scratch);
-        if let (Some(x), Some(z)) = (spectra.first(), spectra.last()) {
-            add_products(&self.triples, [x, z], map, true);
-            evenness.add(x, z);
-        }
-    }
-
-    /// Sums of how steady records are.
-    pub fn steadiness(&self) -> Sums {
-        let pieces = self.realisations.pieces();
-        Sums::zeros(SumsShape { plain: 0, pieces })
-    }
-
-    /// Of no realisations.
-    pub fn evenness(&self) -> Evenness {
-        Evenness::zeros(self.realisations.segments.length)
+        let pair = std::iter::once([0, sites.len() - 1]);
+        let (of_sites, how) = ((sites.into_iter(), records), (&self.triples, pair, true));
+        map.add(self.realisations, shot, of_sites, &mut scratch, how);
     }
 
     /// The number of independent realisations of records whose steadiness has this sum, which share what is `least` even.
@@ -143,11 +116,11 @@ impl<'a> Pass<'a> {
 
     fn finish(
         &self,
-        (steadiness, evenness): (&Sums, &Evenness),
-        map: &TripleSums,
-        tiles: Vec<TileSums>,
+        TileSums { like, products, .. }: &TileSums,
+        tiles: &[TileSums],
     ) -> Bicoherence {
-        let evenness = evenness.least(self.realisations.shared_bins());
+        let map = &products[0];
+        let evenness = map.evenness.least(self.realisations.shared_bins());
         let least = map.least();
         let segments = self.realisations.segments;
         let mut bins = Vec::with_capacity(self.triples.cells());
@@ -167,7 +140,7 @@ impl<'a> Pass<'a> {
             output: self.request.output(),
             segment: [segments.length, segments.length - segments.hop],
             // Of two the less steady one, in each record.
-            independence: self.independence(steadiness.least_steadiness(), evenness),
+            independence: self.independence(like.least_steadiness(), evenness),
             alpha: self.request.alpha,
             map: BicoherenceMap {
                 bins,

@@ -4,7 +4,7 @@
 
 use rayon::prelude::*;
 
-use super::spectra::{Spectra, Spectrum};
+use super::spectra::{Evenness, Spectra, Spectrum};
 use super::triples::{TripleRow, Triples};
 use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 
@@ -15,6 +15,7 @@ pub(super) struct TripleSums {
     products: [Vec<f64>; 3],
     /// Of `|X1|^2` and of `|X3|^2`, a bin each.
     powers: [Vec<f64>; 2],
+    pub evenness: Evenness,
 }
 
 /// Sums of products of some triples.
@@ -36,6 +37,7 @@ impl TripleSums {
         TripleSums {
             products: [(); 3].map(|()| vec![0.0; triples.cells()]),
             powers: [(); 2].map(|()| vec![0.0; triples.last + 1]),
+            evenness: Evenness::zeros(triples.last),
         }
     }
 
@@ -92,6 +94,7 @@ pub(super) fn add_products(
     for (spectra, powers) in [x, z].into_iter().zip(&mut sums.powers) {
         spectra.add_power(powers);
     }
+    sums.evenness.add(x, z);
     let mut all: Kinds<'_> = sums.products.each_mut().map(|sums| &mut sums[..]);
     let mut groups = Vec::with_capacity(triples.rows.len().div_ceil(ROWS));
     for rows in triples.rows.chunks(ROWS) {

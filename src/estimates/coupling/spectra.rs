@@ -14,9 +14,8 @@ pub(super) struct Spectra {
     bins: usize,
     /// Numbers of a realisation: its bins, and zeros, so that blocks may begin at any bin.
     stride: usize,
-    re: Vec<f64>,
-    im: Vec<f64>,
-    power: Vec<f64>,
+    /// Real and imaginary parts, and powers.
+    parts: [Vec<f64>; 3],
 }
 
 /// One realisation.
@@ -46,20 +45,17 @@ impl Spectra {
     ) -> Vec<Spectra> {
         let (bins, width) = (last_bin(realisations.segments.length) + 1, records.width());
         let stride = stride(bins);
-        let zeros = vec![0.0; stride * realisations.count()];
         let empty = Spectra {
             bins,
             stride,
-            re: zeros.clone(),
-            im: zeros.clone(),
-            power: zeros,
+            parts: [(); 3].map(|()| vec![0.0; stride * realisations.count()]),
         };
         let mut found = vec![empty; width];
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             for (c, one) in found.iter_mut().enumerate() {
-                let range = r * stride..r * stride + bins;
-                let (re, im) = (&mut one.re[range.clone()], &mut one.im[range.clone()]);
-                let places = re.iter_mut().zip(im).zip(&mut one.power[range]);
+                let parts = one.parts.each_mut();
+                let [re, im, power] = parts.map(|part| &mut part[r * stride..][..bins]);
+                let places = re.iter_mut().zip(im).zip(power);
                 let spectrum = spectra.iter().skip(c).step_by(width);
                 for (x, ((re, im), power)) in spectrum.zip(places) {
                     (*re, *im, *power) = (x.re, x.im, x.norm_sqr());
@@ -81,13 +77,13 @@ impl Spectra {
 
     /// Power of each realisation in some bins.
     pub fn powers_in(&self, bins: Range<usize>) -> impl Iterator<Item = f64> {
-        let all = self.power.chunks_exact(self.stride);
+        let all = self.parts[2].chunks_exact(self.stride);
         all.map(move |power| power[bins.clone()].iter().sum())
     }
 
     /// Sums of the power of each bin over all realisations, added to `sums`.
     pub fn add_power(&self, sums: &mut [f64]) {
-        for power in self.power.chunks_exact(self.stride) {
+        for power in self.parts[2].chunks_exact(self.stride) {
             for (sum, power) in sums.iter_mut().zip(power) {
                 *sum += power;
             }
@@ -96,23 +92,20 @@ impl Spectra {
 
     /// Sets a bin to 0.
     pub fn clear(&mut self, bin: usize) {
-        for values in [&mut self.re, &mut self.im, &mut self.power] {
+        for values in &mut self.parts {
             let cells = values.iter_mut().skip(bin).step_by(self.stride);
             cells.for_each(|v| *v = 0.0);
         }
     }
 
     pub fn count(&self) -> usize {
-        self.re.len() / self.stride.max(1)
+        self.parts[0].len() / self.stride.max(1)
     }
 
     pub fn get(&self, realisation: usize) -> Spectrum<'_> {
-        let range = realisation * self.stride..(realisation + 1) * self.stride;
-        Spectrum {
-            re: &self.re[range.clone()],
-            im: &self.im[range.clone()],
-            power: &self.power[range],
-        }
+        let parts = self.parts.each_ref();
+        let [re, im, power] = parts.map(|part| &part[realisation * self.stride..][..self.stride]);
+        Spectrum { re, im, power }
     }
 }
 
@@ -130,9 +123,9 @@ const BANDS: usize = 4;
 const OF_BAND: usize = 8;
 
 impl Evenness {
-    pub fn zeros(length: usize) -> Evenness {
-        let bins = last_bin(length);
-        let bands = pieces(bins, bins.div_ceil(BANDS).max(OF_BAND));
+    /// Of bins from 1 to `last`.
+    pub fn zeros(last: usize) -> Evenness {
+        let bands = pieces(last, last.div_ceil(BANDS).max(OF_BAND));
         let bands: Vec<_> = bands.map(|band| band.start + 1..band.end + 1).collect();
         let (count, sums) = (0, vec![[0.0; 3]; bands.len()]);
         Evenness { bands, count, sums }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, Shots, Sums, SumsShape, TOGETHER, check_count,
+    Averaging, Independence, Realisations, SegmentScratch, Shots, Sums, TOGETHER, check_count,
     check_significance, first_of, interval_factors, share_that_counts, steadiness_of_sites,
 };
 use crate::field::{Axis, Field};
@@ -372,38 +372,38 @@ impl Pass<'_> {
         cells: &'c mut [Cell],
     ) -> Result<Vec<TileSpectra<'c>>> {
         let (all, count) = (self.count(), self.realisations.count());
-        let pieces = self.realisations.pieces();
         let tile = |cells| TileSpectra {
             cells,
-            sums: Sums::zeros(SumsShape { plain: 1, pieces }),
+            sums: Sums::zeros(self.realisations.shape(1)),
         };
         let tiles = cells.chunks_exact_mut((to - from) * all);
         let mut tiles: Vec<TileSpectra<'c>> = tiles.map(tile).collect();
         let mut first = 0;
         let portions = self.realisations.whole_records(self.shots.count());
         self.shots.each_portion(block, &portions, |shot| {
-            shot.each_tile("spectra", &mut tiles, |scratch, sites, records, out| {
-                let width = sites.len();
-                if from == 0 {
-                    let [_, squares] =
-                        records.mean_and_squares(0..records.length(), &mut Vec::new());
-                    let energies = out.sums.plain[0].0.iter_mut().zip(squares);
-                    energies.for_each(|(sum, square)| *sum += square);
-                    let sums = &mut out.sums;
-                    self.realisations
-                        .add_steadiness(shot, (sites, records), scratch, sums);
-                }
-                self.realisations.each(records, scratch, |r, spectra| {
-                    let rows = spectra[from * width..to * width].chunks_exact(width);
-                    let cells = out.cells[first + r..].iter_mut().step_by(all);
-                    for (row, [re, im]) in rows.zip(cells) {
-                        let parts = re.0.iter_mut().zip(&mut im.0);
-                        for (x, (re, im)) in row.iter().zip(parts) {
-                            (*re, *im) = (x.re, x.im);
-                        }
+            shot.each_tile(
+                "spectra",
+                &mut tiles,
+                |scratch: &mut SegmentScratch, sites, records, out| {
+                    let width = sites.len();
+                    if from == 0 {
+                        let [_, squares] =
+                            records.mean_and_squares(0..records.length(), &mut Vec::new());
+                        out.sums.plain[0].add(squares);
+                        shot.look_at((sites, records), &mut scratch.numbers, &mut out.sums);
                     }
-                });
-            })?;
+                    self.realisations.each(records, scratch, |r, spectra| {
+                        let rows = spectra[from * width..to * width].chunks_exact(width);
+                        let cells = out.cells[first + r..].iter_mut().step_by(all);
+                        for (row, [re, im]) in rows.zip(cells) {
+                            let parts = re.0.iter_mut().zip(&mut im.0);
+                            for (x, (re, im)) in row.iter().zip(parts) {
+                                (*re, *im) = (x.re, x.im);
+                            }
+                        }
+                    });
+                },
+            )?;
             first += count;
             Ok(())
         })?;

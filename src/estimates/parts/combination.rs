@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use serde_json::Value;
 
-use super::{Combined, DividedRequest, Partial, PartialAbout, begun};
+use super::{Combined, DividedRequest, Partial, PartialAbout};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{Grid, Part, Realisations, Sums, SumsShape};
 use crate::field::Field;
@@ -34,13 +34,7 @@ pub fn combine<P: Borrow<Partial> + Sync>(
 /// Those of [`Combination`], but for segments that are missing before and behind.
 pub fn join<P: Borrow<Partial>>(partials: &[P], memory: Option<u64>) -> Result<Partial> {
     let all = merged(partials, false, memory)?;
-    let about = PartialAbout {
-        part: None,
-        range: [all.first, all.next],
-        ..all.about
-    };
-    let segments = all.realisations.segments.count();
-    Ok(Partial::new(about, all.sums, segments))
+    Ok(Partial::new(all.about, all.sums))
 }
 
 fn merged<P: Borrow<Partial>>(
@@ -62,14 +56,12 @@ fn merged<P: Borrow<Partial>>(
 /// Parts that are combined one after the other, so that one at a time is in memory.
 #[derive(Debug)]
 pub struct Combination {
+    /// Of what is summed already.
     about: PartialAbout,
     realisations: Realisations,
     shape: SumsShape,
     /// Of each tile.
     sums: Vec<Sums>,
-    /// The first segment of all records that is summed, and the next one to be.
-    first: usize,
-    next: usize,
 }
 
 fn require(is_so: bool, expected: impl Into<String>, found: impl ToString) -> Result<()> {
@@ -149,9 +141,11 @@ impl Combination {
             realisations,
             shape,
             sums: vec![Sums::zeros(shape); about.grid.tiles()],
-            about,
-            first: start,
-            next: start,
+            about: PartialAbout {
+                part: None,
+                range: [start, start],
+                ..about
+            },
         };
         Ok((combination, order))
     }
@@ -162,20 +156,19 @@ impl Combination {
     /// [`Error::Request`] for a part that does not follow, and sums that are not those of its request.
     pub fn add(&mut self, partial: &Partial) -> Result<()> {
         let [from, end] = partial.about.range;
-        let begun = begun(&(from..end), self.realisations.segments.count());
-        let width = self.shape.numbers(begun.len());
-        let (count, next, name) = (width * self.sums.len(), self.next, partial.about.name());
+        let [_, next] = self.about.range;
+        let (range, name) = (from..end, partial.about.name());
+        let width = self.shape.numbers(&range);
+        let count = width * self.sums.len();
         let is_next = from == next && partial.sums.len() == count;
         let expected = format!("{count} sums from segment {next} on");
         let found = format!("{} from {from} on in {name}", partial.sums.len());
         require(is_next, expected, found)?;
-        let read = |numbers| Sums::read(self.shape, &begun, numbers);
-        let tiles: Vec<Sums> = partial.sums.chunks_exact(width).map(read).collect();
-        let (samples, about_mean) = (self.realisations.reached(), self.realisations.about_mean());
-        for (sums, tile) in self.sums.iter_mut().zip(tiles) {
-            sums.merge(tile, samples, about_mean);
+        let tiles = partial.sums.chunks_exact(width);
+        for (sums, numbers) in self.sums.iter_mut().zip(tiles) {
+            sums.merge(Sums::read(self.shape, &range, numbers));
         }
-        self.next = end;
+        self.about.range[1] = end;
         Ok(())
     }
 
@@ -184,10 +177,10 @@ impl Combination {
     /// # Errors
     /// [`Error::Request`] before all parts are added.
     pub fn finish(self) -> Result<Combined> {
-        let records = self.about.fields.len();
+        let (records, [_, next]) = (self.about.fields.len(), self.about.range);
         let all = records * self.realisations.segments.count();
-        let found = format!("those of {} of {all} segments", self.next);
-        require(self.next == all, "all parts", found)?;
+        let found = format!("those of {next} of {all} segments");
+        require(next == all, "all parts", found)?;
         let (request, grid) = (&self.about.request, &self.about.grid);
         let pass = request.pass(&self.realisations, grid, records);
         pass.combine(self.sums)

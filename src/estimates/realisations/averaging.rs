@@ -8,6 +8,7 @@ use super::kept::KeptSegments;
 use super::part::Portion;
 use super::records::Records;
 use super::shots::TOGETHER;
+use super::sums::SumsShape;
 use crate::error::{Error, Result};
 use crate::prepare::{Detrend, Trend, Window, WindowError, slepian};
 use crate::transform::{RecordScratch, RecordTransform, Segments};
@@ -84,7 +85,7 @@ pub(crate) struct SegmentScratch {
     transform: RecordScratch<f64>,
     /// Of a segment without its trends.
     rows: Vec<f64>,
-    pub(super) numbers: Vec<f64>,
+    pub numbers: Vec<f64>,
 }
 
 impl Realisations {
@@ -142,6 +143,15 @@ impl Realisations {
         RecordTransform::<f64>::working_bytes(length, length, TOGETHER)
     }
 
+    /// That of sums of so many blocks.
+    pub fn shape(&self, plain: usize) -> SumsShape {
+        SumsShape {
+            plain,
+            segments: self.segments,
+            about_mean: self.about_mean(),
+        }
+    }
+
     /// Samples of a record that segments reach.
     pub fn reached(&self) -> usize {
         self.segments.record - self.segments.left_over()
@@ -155,7 +165,8 @@ impl Realisations {
         scratch: &mut SegmentScratch,
         visit: impl FnMut(usize, &[Complex<f64>]),
     ) {
-        self.each_of(&self.whole(0), records, scratch, visit);
+        let all = self.portion(0, 0..self.segments.count(), self.segments.record);
+        self.each_of(&all, records, scratch, visit);
     }
 
     /// The same of a portion of the segments; `records` with the samples of the portion alone.

@@ -27,6 +27,14 @@ impl KeptSegments {
         self.0[segment]
     }
 
+    /// Of up to eight sites 1 for each that has a segment, else 0; `kept` of no site where none are left out.
+    pub fn has_each(kept: &[KeptSegments], segment: usize) -> [f64; TOGETHER] {
+        std::array::from_fn(|lane| match kept.get(lane) {
+            Some(kept) if !kept.has(segment) => 0.0,
+            _ => 1.0,
+        })
+    }
+
     /// Those that both keep.
     pub fn and(&self, other: &KeptSegments) -> KeptSegments {
         let both = self.0.iter().zip(&other.0);
@@ -47,40 +55,6 @@ impl KeptSegments {
     }
 }
 
-/// The segments that each of a few sites keeps; of no site where none are left out.
-#[derive(Debug, Clone)]
-pub(crate) struct KeptOfSites(pub(super) Vec<KeptSegments>);
-
-impl KeptOfSites {
-    /// Those that another site keeps, too.
-    #[must_use]
-    pub fn with(mut self, other: &KeptOfSites) -> Self {
-        for (kept, other) in self.0.iter_mut().zip(other.0.iter().cycle()) {
-            *kept = kept.and(other);
-        }
-        self
-    }
-
-    /// 1 for each site that has a segment, else 0.
-    pub fn has(&self, segment: usize) -> [f64; TOGETHER] {
-        std::array::from_fn(|lane| match self.0.get(lane) {
-            Some(kept) if !kept.has(segment) => 0.0,
-            _ => 1.0,
-        })
-    }
-
-    /// Adds their pairs to those of the sites.
-    pub fn add_to(&self, sites: &mut Vec<SegmentPairs>, distances: usize) {
-        sites.resize_with(self.0.len(), SegmentPairs::default);
-        for (sums, kept) in sites.iter_mut().zip(&self.0) {
-            let pairs = kept.pairs(distances);
-            sums.pairs.resize(distances, 0.0);
-            sums.records += usize::from(pairs[0] > 0.0);
-            sums.pairs.iter_mut().zip(pairs).for_each(|(a, b)| *a += b);
-        }
-    }
-}
-
 /// Pairs of kept segments of several records.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct SegmentPairs {
@@ -91,6 +65,13 @@ pub(crate) struct SegmentPairs {
 }
 
 impl SegmentPairs {
+    /// Adds those of a record.
+    pub fn add(&mut self, pairs: Vec<f64>) {
+        self.pairs.resize(pairs.len(), 0.0);
+        self.records += usize::from(pairs[0] > 0.0);
+        self.pairs.iter_mut().zip(pairs).for_each(|(a, b)| *a += b);
+    }
+
     /// Kept segments of all records.
     pub fn segments(&self) -> f64 {
         self.pairs.first().copied().unwrap_or_default()

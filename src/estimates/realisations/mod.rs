@@ -28,13 +28,13 @@ pub(crate) use ensemble::{
 pub use grid::Grid;
 pub(crate) use interval::{FactorTable, phase_spread};
 pub use interval::{SpectrumInterval, interval_factors};
-pub(crate) use kept::KeptOfSites;
+pub(crate) use kept::KeptSegments;
 pub use kept::SegmentsLeft;
 pub use part::Part;
 pub(crate) use part::Portion;
 pub(crate) use records::{Records, interleave};
 pub(crate) use sheet::{least_median_most, without_mean};
 pub(crate) use shots::{
-    FILLED, Shot, Shots, TOGETHER, a_site, check_significance, first_of, refuse_left_out,
+    FILLED, Shot, Shots, TOGETHER, Tile, a_site, check_significance, first_of, refuse_left_out,
 };
 pub(crate) use sums::{Sums, SumsShape};

@@ -3,11 +3,7 @@
 use std::fmt;
 use std::ops::Range;
 
-use super::averaging::{Realisations, SegmentScratch};
-use super::ensemble::PARTS;
-use super::records::Records;
-use super::shots::{Shot, TOGETHER};
-use super::sums::Sums;
+use super::averaging::Realisations;
 use crate::error::{Error, Result};
 use crate::transform::Segments;
 
@@ -53,7 +49,6 @@ pub(crate) struct Portion {
     pub segments: Range<usize>,
     /// Of the record; the last portion has those behind the last segment, too.
     pub samples: Range<usize>,
-    pub is_whole: bool,
 }
 
 impl Realisations {
@@ -82,7 +77,7 @@ impl Realisations {
     }
 
     /// These segments of a record, and the samples up to the last one, or to this one behind all segments.
-    fn portion(&self, record: usize, segments: Range<usize>, end: usize) -> Portion {
+    pub(super) fn portion(&self, record: usize, segments: Range<usize>, end: usize) -> Portion {
         let (count, Segments { length, hop, .. }) = (self.segments.count(), self.segments);
         let last = match segments.end == count {
             true => end,
@@ -91,7 +86,6 @@ impl Realisations {
         Portion {
             record,
             samples: segments.start * hop..last,
-            is_whole: segments.len() == count,
             segments,
         }
     }
@@ -109,74 +103,8 @@ impl Realisations {
         records.map(portion).collect()
     }
 
-    /// All segments of a record.
-    pub fn whole(&self, record: usize) -> Portion {
-        self.portion(record, 0..self.segments.count(), self.segments.record)
-    }
-
     /// So many records, each as one portion.
     pub fn whole_records(&self, records: usize) -> Vec<Portion> {
-        (0..records).map(|record| self.whole(record)).collect()
-    }
-
-    /// Pieces of a record whose energies are compared, and what they leave over.
-    pub fn pieces(&self) -> usize {
-        self.reached() / self.piece_length() + 1
-    }
-
-    fn piece_length(&self) -> usize {
-        (self.reached() / PARTS).max(1)
-    }
-
-    /// Adds how steady the records of a shot's portion are, of up to eight sites: where segments are left out, by the samples that
-    /// are there.
-    pub fn add_steadiness(
-        &self,
-        shot: &Shot<'_>,
-        (sites, records): (impl Iterator<Item = usize> + Clone, Records<'_>),
-        scratch: &mut SegmentScratch,
-        sums: &mut Sums,
-    ) {
-        if shot.leaves_out() {
-            sums.add_record(shot.steadiness(sites, records, self.about_mean()));
-            return;
-        }
-        let (portion, mark) = (&shot.portion, shot.mark(sites));
-        for segment in portion.segments.clone() {
-            let start = segment * self.segments.hop - portion.samples.start;
-            self.add_pieces(shot, (segment, start), records, (mark, scratch), sums);
-        }
-        sums.close(self.reached(), self.about_mean());
-    }
-
-    /// Adds the samples of up to eight `records` from the start of a segment, in row `start`, to that of the next. A `mark`
-    /// of NaN makes their steadiness NaN.
-    pub fn add_pieces(
-        &self,
-        shot: &Shot<'_>,
-        (segment, start): (usize, usize),
-        records: Records<'_>,
-        (mark, scratch): ([f64; TOGETHER], &mut SegmentScratch),
-        sums: &mut Sums,
-    ) {
-        let (length, last) = (self.piece_length(), self.pieces() - 1);
-        let first = segment * self.segments.hop;
-        let end = match segment + 1 == self.segments.count() {
-            true => self.reached(),
-            false => first + self.segments.hop,
-        };
-        let piece_of = |sample: usize| (sample / length).min(last);
-        for piece in piece_of(first)..=piece_of(end - 1) {
-            let from = first.max(piece * length);
-            let to = match piece == last {
-                true => end,
-                false => end.min((piece + 1) * length),
-            };
-            let rows = start + from - first..start + to - first;
-            let count = rows.len() as f64;
-            let [means, squares] = records.mean_and_squares(rows, &mut scratch.numbers);
-            let squares = std::array::from_fn(|lane| squares[lane] + mark[lane]);
-            sums.add_piece((shot.portion.record, piece), count, means, squares);
-        }
+        self.portions(0..records * self.segments.count())
     }
 }

@@ -2,17 +2,19 @@
 
 use std::ops::Range;
 
+use num_complex::Complex;
 use rayon::prelude::*;
 
-use super::averaging::{Realisations, no_segment_left};
+use super::averaging::{Realisations, SegmentScratch, no_segment_left};
 use super::ensemble::steadiness_without;
-use super::kept::{KeptOfSites, KeptSegments};
+use super::kept::{KeptSegments, SegmentPairs};
 use super::part::Portion;
 use super::records::{Records, interleave};
+use super::sums::Sums;
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::field::Field;
-use crate::numeric::lanes::on_lines;
+use crate::numeric::lanes::{LaneBlock, on_lines};
 use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Preparation, Prepared, ReadAhead, Tiles};
 use crate::system::check_memory;
@@ -53,9 +55,11 @@ pub(crate) struct Shot<'s> {
     pub portion: Portion,
     prepared: Prepared<'s>,
     block: Option<usize>,
-    gaps: Gaps,
-    pub observer: &'s dyn Observer,
+    shots: &'s Shots<'s>,
 }
+
+/// Sites that are next to one another, and their records.
+pub(crate) type Tile<'r> = (Range<usize>, Records<'r>);
 
 impl<'a> Shots<'a> {
     /// `memory`: bytes of working memory, by default half of the free memory. `reached`: samples of a
@@ -136,7 +140,6 @@ impl<'a> Shots<'a> {
             record,
             segments: 0..0,
             samples: self.held.clone(),
-            is_whole: true,
         };
         let whole: Vec<Portion> = (0..self.count()).map(whole).collect();
         self.each_portion(block, &whole, visit)
@@ -158,13 +161,37 @@ impl<'a> Shots<'a> {
                 portion: portion.clone(),
                 prepared,
                 block,
-                gaps: self.gaps,
-                observer: self.observer,
+                shots: self,
             };
             self.check_cuts(&shot)?;
             visit(&shot)?;
         }
         Ok(())
+    }
+
+    /// What the first `tiles` of sites add up to over portions of the shots, from `zeros` on. `before`: what all tiles of a
+    /// portion need; `add` adds a tile.
+    ///
+    /// # Errors
+    /// Those of [`Self::each_portion`].
+    pub fn sum<T: Send, C: Sync, S: Default>(
+        &self,
+        (stage, block, tiles): (&'static str, Option<usize>, usize),
+        portions: &[Portion],
+        zeros: impl Fn() -> T + Sync,
+        mut before: impl FnMut(&Shot<'_>) -> C,
+        add: impl Fn((&Shot<'_>, &C), &mut S, Tile<'_>, &mut T) + Sync,
+    ) -> Result<Vec<T>> {
+        let mut all: Vec<Option<T>> = Vec::new();
+        all.resize_with(tiles, || None);
+        self.each_portion(block, portions, |shot| {
+            let before = before(shot);
+            shot.each_tile(stage, &mut all, |scratch, sites, records, tile| {
+                let sums = tile.get_or_insert_with(&zeros);
+                add((shot, &before), scratch, (sites, records), sums);
+            })
+        })?;
+        Ok(all.into_iter().flatten().collect())
     }
 
     /// That no gap at the ends of a portion was filled from one side alone.
@@ -250,7 +277,7 @@ impl<'a> Shots<'a> {
 impl Shot<'_> {
     /// Whether segments with missing samples are left out.
     pub fn leaves_out(&self) -> bool {
-        self.gaps == Gaps::LeaveOut
+        self.shots.gaps == Gaps::LeaveOut
     }
 
     /// Times of a site's missing samples, where segments that hold them are left out.
@@ -258,22 +285,6 @@ impl Shot<'_> {
         let missing = self.prepared.masked(site).iter();
         let missing = missing.filter(|_| self.leaves_out());
         missing.map(|gap| gap.time).collect()
-    }
-
-    /// How steady the records of up to eight sites are by the samples that are not missing; 1 without a site.
-    pub fn steadiness(
-        &self,
-        sites: impl IntoIterator<Item = usize>,
-        records: Records<'_>,
-        about_mean: bool,
-    ) -> [f64; TOGETHER] {
-        let mut found = [1.0; TOGETHER];
-        for (lane, (found, site)) in found.iter_mut().zip(sites).enumerate() {
-            let (missing, mut record) = (self.missing(site), records.record(lane));
-            missing.iter().for_each(|n| record[*n] = 0.0);
-            *found = steadiness_without(&record, &missing, about_mean);
-        }
-        found
     }
 
     /// Of up to eight sites, NaN where so many samples were filled or masked that statistics of the record do not hold,
@@ -289,11 +300,67 @@ impl Shot<'_> {
         marks
     }
 
+    /// Adds what the records of up to eight sites are like: how steady, by the samples that are there, and what filling leaves.
+    pub fn look_at(
+        &self,
+        (sites, records): (impl Iterator<Item = usize> + Clone, Records<'_>),
+        room: &mut Vec<f64>,
+        sums: &mut Sums,
+    ) {
+        let portion = &self.portion;
+        // Of the record, of which this may be a part.
+        let part = records.length() as f64 / sums.shape.segments.record as f64;
+        for (lane, site) in sites.clone().enumerate() {
+            let left = self.left_by_filling(site, || records.record(lane));
+            sums.add_filled(lane, left.map(|left| part * left));
+        }
+        if !self.leaves_out() {
+            let mark = self.mark(sites);
+            let segments = (portion.record, portion.segments.clone());
+            return sums.add_samples(segments, records, mark, room);
+        }
+        // Without a site, 1.
+        let mut found = [1.0; TOGETHER];
+        for (lane, (found, site)) in found.iter_mut().zip(sites).enumerate() {
+            let (missing, mut record) = (self.missing(site), records.record(lane));
+            missing.iter().for_each(|n| record[*n] = 0.0);
+            *found = steadiness_without(&record, &missing, sums.shape.about_mean);
+        }
+        sums.add_record(found);
+    }
+
+    /// Adds the realisations of a tile, and what its records are like. `add`: what a realisation of this number with these
+    /// spectra, `[bin * width + site]`, adds to the blocks of the estimate, times 1 for each site, or 0 where it does not count.
+    /// `beside`: a site without whose segments the others have none, either.
+    pub fn add(
+        &self,
+        realisations: &Realisations,
+        (sites, records): Tile<'_>,
+        (beside, scratch): (Option<&KeptSegments>, &mut SegmentScratch),
+        sums: &mut Sums,
+        mut add: impl FnMut(&mut [LaneBlock], usize, &[Complex<f64>], &[f64; TOGETHER]),
+    ) {
+        let mut kept = self.kept(sites.clone(), realisations.segments);
+        if let Some(beside) = beside {
+            kept.iter_mut().for_each(|kept| *kept = kept.and(beside));
+        }
+        sums.left.resize_with(kept.len(), SegmentPairs::default);
+        for (sums, kept) in sums.left.iter_mut().zip(&kept) {
+            sums.add(kept.pairs(realisations.distances()));
+        }
+        self.look_at((sites, records), &mut scratch.numbers, sums);
+        let visit = |r: usize, spectra: &[Complex<f64>]| {
+            let has = KeptSegments::has_each(&kept, r / realisations.tapers());
+            add(&mut sums.plain, r, spectra, &has);
+        };
+        realisations.each_of(&self.portion, records, scratch, visit);
+    }
+
     /// White power that filled samples leave in the record of a site, as a mean square: their share times that of the
     /// error, which is what the same would have left of samples that are known. Masked ones have the mean of the record;
     /// of interpolated ones, gaps of their mean length are made at all others. Beside it the share of the power that is lost: of
     /// masked samples twice their share, as transforms lose it.
-    pub fn left_by_filling(&self, site: usize, record: impl FnOnce() -> Vec<f64>) -> [f64; 2] {
+    fn left_by_filling(&self, site: usize, record: impl FnOnce() -> Vec<f64>) -> [f64; 2] {
         let gaps = self.prepared.gaps_of(site);
         if self.leaves_out() || gaps.is_empty() {
             return [0.0; 2];
@@ -303,7 +370,7 @@ impl Shot<'_> {
         let reach = (gaps.len() / runs).div_ceil(2).max(1);
         let mean = record.iter().sum::<f64>() / record.len() as f64;
         let share = gaps.len() as f64 / record.len() as f64;
-        let (squares, lost): (f64, f64) = match self.gaps {
+        let (squares, lost): (f64, f64) = match self.shots.gaps {
             Gaps::Interpolate => {
                 let around = record.windows(2 * reach + 1);
                 let apart = around.map(|v| v[reach] - 0.5 * (v[0] + v[2 * reach]));
@@ -314,11 +381,12 @@ impl Shot<'_> {
         [share * squares / record.len() as f64, lost]
     }
 
-    /// The segments of the records of a few sites without missing samples.
-    pub fn kept(&self, sites: Range<usize>, segments: Segments) -> KeptOfSites {
+    /// The segments without missing samples of each of these sites; none where no segments are left out.
+    pub fn kept(&self, sites: Range<usize>, segments: Segments) -> Vec<KeptSegments> {
         let sites = sites.filter(|_| self.leaves_out());
-        let kept = sites.map(|site| KeptSegments::without(segments, self.missing(site)));
-        KeptOfSites(kept.collect())
+        sites
+            .map(|site| KeptSegments::without(segments, self.missing(site)))
+            .collect()
     }
 
     /// The record of a site.
@@ -345,7 +413,7 @@ impl Shot<'_> {
         self.prepared.release_times(times);
     }
 
-    /// Visits the tiles in parallel: its scratch, its sites, their records interleaved, its result.
+    /// Visits the first tiles in parallel, as many as there are results: its scratch, its sites, their records interleaved, its result.
     /// A result is visited by one thread, so its bits depend neither on threads nor on blocks.
     ///
     /// # Errors
@@ -356,8 +424,12 @@ impl Shot<'_> {
         results: &mut [T],
         visit: impl Fn(&mut S, Range<usize>, Records<'_>, &mut T) + Sync,
     ) -> Result<()> {
-        let n_sites = self.prepared.n_sites();
-        self.observer.stage(stage, n_sites as u64);
+        let n_sites = self.prepared.n_sites().min(results.len() * TOGETHER);
+        if n_sites == 0 {
+            return Ok(());
+        }
+        let observer = self.shots.observer;
+        observer.stage(stage, n_sites as u64);
         let block = self.block.unwrap_or(n_sites);
         let mut space = ReadAhead::default();
         for from in (0..n_sites).step_by(block) {
@@ -366,13 +438,13 @@ impl Shot<'_> {
             let tiles = from / TOGETHER..sites.end.div_ceil(TOGETHER);
             let of_tile =
                 |(room, scratch): &mut (Vec<f64>, S), (i, result): (usize, &mut T)| -> Result<()> {
-                    self.observer.go_on()?;
+                    observer.go_on()?;
                     let first = from + i * TOGETHER;
                     let sites = first..sites.end.min(first + TOGETHER);
                     let width = sites.len();
                     let samples = on_lines(room, width * self.prepared.n_times());
                     self.prepared.columns(ahead, sites.clone(), samples);
-                    self.observer.advance(width as u64);
+                    observer.advance(width as u64);
                     visit(scratch, sites, Records::interleaved(samples, width), result);
                     Ok(())
                 };

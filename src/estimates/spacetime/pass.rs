@@ -8,7 +8,7 @@ use super::SpaceTimeRequest;
 use super::totals::Totals;
 use crate::error::Result;
 use crate::estimates::realisations::{
-    Averaging, Grid, Realisations, Records, SegmentScratch, Shot, Shots, Sums, SumsShape, TOGETHER,
+    Averaging, Grid, Realisations, Records, SegmentScratch, Shot, Shots, Sums, TOGETHER,
 };
 use crate::numeric::lanes::{LaneBlock, WIDTH};
 use crate::numeric::{interleaved_sums_of_squares, pieces};
@@ -94,19 +94,15 @@ impl<'a> Pass<'a> {
         let rows = pieces(time.bins(), ROWS).map(|rows| rows.len());
         let zeros = |rows| vec![LaneBlock::default(); rows * blocks * self.pairs];
         let mut groups: Vec<Vec<LaneBlock>> = rows.map(zeros).collect();
-        let of_sites = SumsShape {
-            plain: OF_SITES,
-            pieces: time.pieces(),
-        };
-        let mut sites = vec![Sums::zeros(of_sites); self.grid.tiles()];
+        let mut sites = vec![Sums::zeros(time.shape(OF_SITES)); self.grid.tiles()];
         let mut tiles = Vec::new();
         tiles.resize_with(sites.len(), Tile::default);
         shots.each_portion(block, &time.whole_records(records), |shot| {
             let segments = 0..time.segments.count();
             let stage = "segments of all sites";
-            shot.observer.stage(stage, segments.len() as u64);
+            shots.observer.stage(stage, segments.len() as u64);
             for segment in segments {
-                shot.observer.go_on()?;
+                shots.observer.go_on()?;
                 self.read(shot, segment, &mut tiles, &mut sites);
                 for taper in 0..time.tapers() {
                     self.along_time(taper, &mut tiles);
@@ -114,14 +110,20 @@ impl<'a> Pass<'a> {
                 }
                 let done = segment * time.segments.hop;
                 shot.release(done..done + time.segments.hop);
-                shot.observer.advance(1);
-            }
-            for sums in &mut sites {
-                sums.close(time.reached(), time.about_mean());
+                shots.observer.advance(1);
             }
             Ok(())
         })?;
-        Ok(self.totals(records, groups, sites))
+        let (pairs, space) = (self.pairs, self.squares[1].clone());
+        let count = (records * time.segments.count()) as f64;
+        Ok(Totals {
+            weighted: (pairs > 1).then(|| self.weighted(&groups, count)),
+            groups,
+            tiles: sites,
+            pairs,
+            realisations: count * (time.tapers() * self.space.tapers()) as f64,
+            space,
+        })
     }
 
     /// Bytes of a segment of all sites, of the sums and what is made of them, and of the scratch of all threads.
@@ -134,9 +136,8 @@ impl<'a> Pass<'a> {
             + time.working_bytes()
             + 24 * TOGETHER as u64 * length;
         let of_cell = 8 * self.pairs as u64 + 6 * 8;
-        let pieces = 8 * (OF_SITES + 2 + 3 * time.pieces()) as u64;
-        sites * (8 * length + of_cell * bins + pieces)
-            + rayon::current_num_threads() as u64 * scratch
+        let sums = time.shape(OF_SITES).bytes() / TOGETHER as u64;
+        sites * (8 * length + of_cell * bins + sums) + rayon::current_num_threads() as u64 * scratch
     }
 
     /// Reads a segment of all sites, removes its trends, and adds its energies to `sites`.
@@ -155,8 +156,9 @@ impl<'a> Pass<'a> {
                 ..
             } = scratch;
             shot.piece(times.clone(), columns, (samples, rows));
+            let of = (shot.portion.record, segment..segment + 1);
             let records = Records::interleaved(rows, width);
-            time.add_pieces(shot, (segment, 0), records, (mark, segments), sums);
+            sums.add_samples(of, records, mark, &mut segments.numbers);
             let moving = time.without_trends(rows, width, (samples, numbers));
             tile.rows.clear();
             tile.rows.extend_from_slice(moving);
@@ -166,8 +168,7 @@ impl<'a> Pass<'a> {
             let mut energies = Vec::with_capacity(width);
             for (sums, rows) in sums.plain.iter_mut().zip([&numbers[..], moving]) {
                 interleaved_sums_of_squares(rows, width, &mut energies);
-                let sums = sums.0.iter_mut().zip(&energies);
-                sums.for_each(|(sum, energy)| *sum += energy);
+                sums.add(energies.iter().copied());
             }
         };
         let tiles = tiles.par_iter_mut().zip(sites).enumerate();
@@ -214,9 +215,7 @@ impl<'a> Pass<'a> {
                 for (powers, sums) in powers.chunks_exact(sites).zip(sums) {
                     let sums = sums.iter_mut().skip(pair).step_by(self.pairs);
                     for (powers, sums) in powers.chunks(WIDTH).zip(sums) {
-                        for (sum, power) in sums.0.iter_mut().zip(powers) {
-                            *sum += power;
-                        }
+                        sums.add(powers.iter().copied());
                     }
                 }
             }

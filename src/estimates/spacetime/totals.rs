@@ -8,24 +8,8 @@ use crate::numeric::lanes::{LaneBlock, WIDTH, widest};
 use crate::transform::fold;
 
 impl Pass<'_> {
-    /// What the sums over all `records` are, of groups of rows and of tiles of sites.
-    pub fn totals(&self, records: usize, groups: Vec<Vec<LaneBlock>>, tiles: Vec<Sums>) -> Totals {
-        let pairs = self.realisations.tapers() * self.space.tapers();
-        let count = (records * self.realisations.segments.count()) as f64;
-        let weighted = (self.pairs > 1).then(|| self.weighted(&groups, count));
-        Totals {
-            groups,
-            weighted,
-            tiles,
-            sites: self.grid.sites,
-            pairs: self.pairs,
-            realisations: count * pairs as f64,
-            space: self.squares[1].clone(),
-        }
-    }
-
     /// Averages over the pairs of tapers, of which each has `count` realisations, by adaptive weights.
-    fn weighted(&self, groups: &[Vec<LaneBlock>], count: f64) -> Weighted {
+    pub(super) fn weighted(&self, groups: &[Vec<LaneBlock>], count: f64) -> Weighted {
         // Concentrations that round to 1 would leave nothing to weigh cells without energy by.
         let [time, space] = [
             &self.realisations.concentrations,
@@ -67,25 +51,24 @@ impl Pass<'_> {
 
 /// Averages by adaptive weights, and half of the degrees of freedom of one realisation of each pair of tapers;
 /// of each group of rows, `[row * blocks + block]`.
-type Weighted = Vec<[Vec<LaneBlock>; 2]>;
+pub(super) type Weighted = Vec<[Vec<LaneBlock>; 2]>;
 
 /// Sums over all realisations.
 pub(super) struct Totals {
     /// `[(row * blocks + block) * pairs + pair]`.
-    groups: Vec<Vec<LaneBlock>>,
-    weighted: Option<Weighted>,
-    tiles: Vec<Sums>,
-    sites: usize,
-    pairs: usize,
+    pub groups: Vec<Vec<LaneBlock>>,
+    pub weighted: Option<Weighted>,
+    pub tiles: Vec<Sums>,
+    pub pairs: usize,
     /// Of all pairs.
-    realisations: f64,
-    /// Mean of the squares of the tapers along space.
-    space: Vec<f64>,
+    pub realisations: f64,
+    /// Mean of the squares of the tapers along space, a number a site.
+    pub space: Vec<f64>,
 }
 
 impl Totals {
     fn cell(&self, row: usize, column: usize) -> usize {
-        row % ROWS * self.sites.div_ceil(WIDTH) + column / WIDTH
+        row % ROWS * self.space.len().div_ceil(WIDTH) + column / WIDTH
     }
 
     /// The mean of `|X|^2` of a cell, by adaptive weights if there are any.
@@ -113,7 +96,7 @@ impl Totals {
 
     fn of_site(&self, what: usize) -> impl Iterator<Item = f64> + '_ {
         let lane = move |j: usize| self.tiles[j / TOGETHER].plain[what].0[j % TOGETHER];
-        (0..self.sites).map(lane)
+        (0..self.space.len()).map(lane)
     }
 
     /// Energy under the squares of the tapers, of all segments.

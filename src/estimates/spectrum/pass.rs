@@ -1,7 +1,5 @@
 //! The pass over the records of [`super::spectrum()`].
 
-use std::ops::Range;
-
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -11,8 +9,8 @@ use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
-    Average, Grid, Independence, Portion, Realisations, Records, SegmentScratch, Shot, Shots, Sums,
-    SumsShape, TOGETHER, Weights, WithoutOne,
+    Average, Grid, Independence, KeptSegments, Portion, Realisations, SegmentScratch, Shot, Shots,
+    Sums, SumsShape, TOGETHER, Tile, Weights, WithoutOne,
 };
 use crate::numeric::lanes::{LaneBlock, widest};
 use crate::transform::fold;
@@ -40,7 +38,6 @@ pub(in crate::estimates) struct Pass<'a> {
 }
 
 /// Sums of a few sites; a block a bin, and a site a lane.
-#[derive(Default)]
 pub(in crate::estimates) struct TileSums {
     /// Energies over segments and records, `[bin * tapers + taper]`, which are dropped once the average is known; then of
     /// each bin, see [`LINE_BLOCKS`].
@@ -54,8 +51,19 @@ pub(in crate::estimates) struct TileSums {
     pub squares: Vec<LaneBlock>,
 }
 
-/// The records of a few sites.
-type Sites<'r> = (&'r Range<usize>, Records<'r>);
+impl TileSums {
+    fn of(sums: Sums) -> TileSums {
+        TileSums {
+            sums,
+            lead_ins: Default::default(),
+            variance: [0.0; TOGETHER],
+            spectrum: Vec::new(),
+            shape: Vec::new(),
+            deviations: Vec::new(),
+            squares: Vec::new(),
+        }
+    }
+}
 
 #[derive(Default)]
 struct Scratch {
@@ -99,7 +107,7 @@ impl<'a> Pass<'a> {
             if self.request.has_jackknife {
                 shots.each(block, |shot| {
                     shot.each_tile("jackknife", &mut tiles, |scratch, sites, records, tile| {
-                        self.leave_out(scratch, shot, (&sites, records), left_out, tile);
+                        self.leave_out(scratch, shot, (sites, records), left_out, tile);
                     })
                 })?;
             }
@@ -153,20 +161,20 @@ impl<'a> Pass<'a> {
         portions: &[Portion],
         is_one: bool,
     ) -> Result<Vec<TileSums>> {
-        let mut tiles = Vec::new();
-        tiles.resize_with(shots.tiles(), TileSums::default);
-        shots.each_portion(block, portions, |shot| {
-            shot.each_tile("spectra", &mut tiles, |scratch, sites, records, tile| {
-                self.add(scratch, shot, (&sites, records), tile);
+        shots.sum(
+            ("spectra", block, shots.tiles()),
+            portions,
+            || TileSums::of(Sums::zeros(self.shape())),
+            |_| (),
+            |(shot, ()), scratch, sites, tile| {
+                self.add(scratch, shot, sites.clone(), tile);
                 if is_one {
                     self.average(tile);
-                    let left_out = LeftOutEach::Realisation;
-                    self.leave_out(scratch, shot, (&sites, records), left_out, tile);
+                    self.leave_out(scratch, shot, sites, LeftOutEach::Realisation, tile);
                     self.drop_energies(tile);
                 }
-            })
-        })?;
-        Ok(tiles)
+            },
+        )
     }
 
     /// Adds the realisations of a portion of a shot.
@@ -174,11 +182,12 @@ impl<'a> Pass<'a> {
         &self,
         scratch: &mut Scratch,
         shot: &Shot<'_>,
-        (sites, records): Sites<'_>,
+        (sites, records): Tile<'_>,
         tile: &mut TileSums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        let may_lead_in = shot.portion.is_whole && self.request.along == SpectrumAxis::Time;
+        let is_whole = shot.portion.segments.len() == self.realisations.segments.count();
+        let may_lead_in = is_whole && self.request.along == SpectrumAxis::Time;
         for (lane, site) in sites.clone().enumerate() {
             if may_lead_in && shot.missing(site).is_empty() {
                 tile.lead_ins[lane].add(&records.record(lane));
@@ -187,38 +196,23 @@ impl<'a> Pass<'a> {
         let lines = if self.tests_lines() { bins } else { 0 };
         scratch.tapers.clear();
         scratch.tapers.resize(lines, TaperSums::default());
-        let sums = &mut tile.sums;
-        if sums.plain.is_empty() {
-            *sums = Sums::zeros(self.shape());
-        }
-        // Of the record, of which this may be a part.
-        let part = records.length() as f64 / self.realisations.segments.record as f64;
-        for (lane, site) in sites.clone().enumerate() {
-            let left = shot.left_by_filling(site, || records.record(lane));
-            let filled = sums.filled.iter_mut().zip(left);
-            filled.for_each(|(sum, left)| sum.0[lane] += part * left);
-        }
-        let kept = shot.kept(sites.clone(), self.realisations.segments);
-        kept.add_to(&mut sums.left, self.realisations.distances());
-        let (of_sites, segments) = ((sites.clone(), records), &mut scratch.segments);
-        self.realisations
-            .add_steadiness(shot, of_sites, segments, sums);
-        let visit = |r: usize, spectra: &[Complex<f64>]| {
-            let (taper, has) = (r % tapers, kept.has(r / tapers));
-            let (energies, lines) = sums.plain.split_at_mut(bins * tapers);
-            add_powers((spectra, sites.len()), &has, energies, (taper, tapers));
-            let rows = spectra.chunks_exact(sites.len());
+        let (width, segments) = (sites.len(), (None, &mut scratch.segments));
+        let add = |sums: &mut [LaneBlock], r: usize, spectra: &[Complex<f64>], has: &_| {
+            let taper = r % tapers;
+            let (energies, lines) = sums.split_at_mut(bins * tapers);
+            add_powers((spectra, width), has, energies, (taper, tapers));
+            let rows = spectra.chunks_exact(width);
             for (row, sums) in rows.zip(&mut scratch.tapers) {
                 sums.add(&self.taper_transforms[taper], row);
             }
             if taper + 1 == tapers {
                 for (within, sums) in scratch.tapers.iter_mut().zip(lines.as_chunks_mut().0) {
-                    within.take_into(sums, &self.gains, &has);
+                    within.take_into(sums, &self.gains, has);
                 }
             }
         };
-        self.realisations
-            .each_of(&shot.portion, records, segments, visit);
+        let sums = &mut tile.sums;
+        shot.add(self.realisations, (sites, records), segments, sums, add);
     }
 
     /// The average of all realisations.
@@ -262,7 +256,7 @@ impl<'a> Pass<'a> {
         &self,
         scratch: &mut Scratch,
         shot: &Shot<'_>,
-        (sites, records): Sites<'_>,
+        (sites, records): Tile<'_>,
         left_out: LeftOutEach,
         tile: &mut TileSums,
     ) {
@@ -271,7 +265,7 @@ impl<'a> Pass<'a> {
         }
         let (width, count) = (sites.len(), self.counts(tile));
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        let kept = shot.kept(sites.clone(), self.realisations.segments);
+        let kept = shot.kept(sites, self.realisations.segments);
         if tile.deviations.is_empty() {
             tile.deviations = vec![LaneBlock::default(); bins];
             tile.squares = vec![LaneBlock::default(); bins];
@@ -301,10 +295,9 @@ impl<'a> Pass<'a> {
         }
         let is_record = left_out == LeftOutEach::Record;
         self.realisations.each(records, segments, |r, spectra| {
-            let (taper, has) = (r % tapers, kept.has(r / tapers));
+            let (taper, has) = (r % tapers, KeptSegments::has_each(&kept, r / tapers));
             add_powers((spectra, width), &has, left, (taper, tapers));
-            let count = counts[taper].0.iter_mut().zip(has);
-            count.for_each(|(count, has)| *count += has);
+            counts[taper].add(has);
             if !is_record {
                 without((&counts[..], &left[..]));
                 counts[taper] = zero;
@@ -324,8 +317,8 @@ impl<'a> Pass<'a> {
 
     /// What filled samples leave at a site, of the mean record.
     pub fn filled(&self, tiles: &[TileSums], site: usize) -> [f64; 2] {
-        let filled = &tiles[site / TOGETHER].sums.filled;
-        [0, 1].map(|i| filled[i].0[site % TOGETHER] / self.records as f64)
+        let filled = tiles[site / TOGETHER].sums.filled(site % TOGETHER);
+        filled.map(|sum| sum / self.records as f64)
     }
 
     pub fn independence(&self, steadiness: f64) -> Independence {
@@ -352,10 +345,8 @@ fn add_powers(
 ) {
     let rows = spectra.chunks_exact(width);
     for (row, sums) in rows.zip(sums.chunks_exact_mut(tapers)) {
-        let sums = sums[taper].0.iter_mut().zip(has);
-        for (x, (sum, has)) in row.iter().zip(sums) {
-            *sum += has * x.norm_sqr();
-        }
+        let powers = row.iter().zip(has).map(|(x, has)| has * x.norm_sqr());
+        sums[taper].add(powers);
     }
 }
 
@@ -363,10 +354,8 @@ impl Divided for Pass<'_> {
     /// Blocks of each taper, and of lines.
     fn shape(&self) -> SumsShape {
         let of_lines = if self.tests_lines() { LINE_BLOCKS } else { 0 };
-        SumsShape {
-            plain: self.realisations.bins() * (self.weights.tapers() + of_lines),
-            pieces: self.realisations.pieces(),
-        }
+        let of_bin = self.weights.tapers() + of_lines;
+        self.realisations.shape(self.realisations.bins() * of_bin)
     }
 
     fn result_bytes(&self) -> u64 {
@@ -395,10 +384,7 @@ impl Divided for Pass<'_> {
 
     fn combine(&self, sums: Vec<Sums>) -> Result<Combined> {
         let of_sums = |sums| {
-            let mut tile = TileSums {
-                sums,
-                ..TileSums::default()
-            };
+            let mut tile = TileSums::of(sums);
             self.average(&mut tile);
             self.drop_energies(&mut tile);
             tile

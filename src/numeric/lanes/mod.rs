@@ -17,6 +17,15 @@ pub(crate) const WIDTH: usize = 8;
 #[repr(C, align(64))]
 pub(crate) struct LaneBlock(pub(crate) [f64; WIDTH]);
 
+impl LaneBlock {
+    /// Adds numbers to the first lanes.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, values: impl IntoIterator<Item = f64>) {
+        let lanes = self.0.iter_mut().zip(values);
+        lanes.for_each(|(sum, value)| *sum += value);
+    }
+}
+
 /// Numbers in whole blocks.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct AlignedRow(pub(crate) Vec<LaneBlock>);
