@@ -17,10 +17,8 @@ fn wave(sites: usize) -> Array2<f64> {
     let white = noise(TIMES + 3 * sites + 40, 1);
     let smooth = |n: usize| -> f64 {
         let lags = (0..40).map(|lag| (lag as f64 - 20.0) / 4.0);
-        let weighted = lags
-            .enumerate()
-            .map(|(lag, t)| white[[n + lag, 0]] * (-0.5 * t * t).exp());
-        weighted.sum::<f64>() / 2.7
+        let weighted = |(lag, t): (usize, f64)| white[[n + lag, 0]] * (-0.5 * t * t).exp();
+        lags.enumerate().map(weighted).sum::<f64>() / 2.7
     };
     let record: Vec<f64> = (0..TIMES + 3 * sites).map(smooth).collect();
     Array2::from_shape_fn((TIMES, sites), |(n, j)| record[n + 3 * (sites - 1 - j)])
@@ -97,13 +95,8 @@ fn val_sites_that_are_left_out_change_no_others() {
         }
     }
     assert_eq!(named(&some.warnings), [("sites-left-out", vec![0, 9, 23])]);
-    let followed: Vec<usize> = some
-        .short_time
-        .unwrap()
-        .spectra
-        .iter()
-        .map(|s| s.index)
-        .collect();
+    let followed = some.short_time.unwrap().spectra;
+    let followed: Vec<usize> = followed.iter().map(|s| s.index).collect();
     assert_eq!(followed, [1, 12, 22]);
     let refused = |request: Request| {
         let error = analyze(&field(faulty.clone()), &request).unwrap_err();
