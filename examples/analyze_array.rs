@@ -2,6 +2,7 @@
 
 use ndarray::Array2;
 use wavecascade::analyze::Request;
+use wavecascade::arrays::LargeArray;
 use wavecascade::field::Axis;
 use wavecascade::{Field, analyze};
 
@@ -36,8 +37,7 @@ fn main() -> wavecascade::Result<()> {
         assert!(direction.toward_plus_x > 0.95);
         assert!(along.centroid[127] < along.centroid[0]);
     }
-    if let Some(spectrum) = &spectra.spacetime {
-        println!("S(k, f) is {:?}", spectrum.dim());
-    }
+    let spectrum = &spectra[&LargeArray::SPACETIME_SPECTRUM];
+    println!("S(k, f) is {:?}", spectrum.dim());
     Ok(())
 }

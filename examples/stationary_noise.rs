@@ -2,6 +2,7 @@
 
 use wavecascade::analyze;
 use wavecascade::analyze::{Request, Results, Scaling, Welch};
+use wavecascade::arrays::LargeArray;
 use wavecascade::prepare::{Detrend, Window};
 use wavecascade::reference::{Grid, WhiteNoise};
 
@@ -38,7 +39,7 @@ fn main() -> wavecascade::Result<()> {
         "{} segments, {} window, noise bandwidth {:.2} bins",
         analysis.conventions.segments, gains.name, gains.noise_bandwidth_bins
     );
-    if let Some(density) = spectra.temporal.and_then(|s| s.mean()) {
+    if let Some(density) = spectra[&LargeArray::TEMPORAL_SPECTRUM].mean() {
         // White noise of deviation 2 m/s spreads 4 m^2/s^2 over the 500 Hz up to Nyquist.
         println!(
             "density {density:.5} m^2/s^2/Hz, expected {:.5}",

@@ -10,6 +10,7 @@
 //!
 //! ```
 //! use wavecascade::analyze::Request;
+//! use wavecascade::arrays::LargeArray;
 //! use wavecascade::reference::GrowingHarmonic;
 //! use wavecascade::{Field, analyze};
 //!
@@ -20,7 +21,7 @@
 //! let answer = analysis.words().answer;
 //! assert!(answer.starts_with("energy moves up in frequency along x: 36.8"), "{answer}");
 //! // (frequency, site), in the square of the samples' unit over frequency.
-//! assert_eq!(spectra.temporal.expect("by default").dim(), (513, 96));
+//! assert_eq!(spectra[&LargeArray::TEMPORAL_SPECTRUM].dim(), (513, 96));
 //! # Ok::<(), wavecascade::Error>(())
 //! ```
 //!

@@ -51,6 +51,7 @@ impl Moments {
             low_share: column(&|r| r.low_share),
             high_share: column(&|r| r.high_share),
             energy: rows.iter().map(|r| r.total * measure).collect(),
+            ..Moments::default()
         }
     }
 }

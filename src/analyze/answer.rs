@@ -4,12 +4,11 @@ use std::ops::Range;
 
 use serde_json::json;
 
-use super::columns::TemporalPassResult;
 use super::gains::{self, GainChange};
 use super::plan::Plan;
 use super::result::Direction;
 use super::spacetime::{ByDirection, Frequencies};
-use super::stages::Stages;
+use super::stages::{FromRecords, Stages};
 use crate::error::Result;
 use crate::field::Axis;
 use crate::moved::{
@@ -38,15 +37,12 @@ const QUIET: usize = 16;
 const ONE_WAY: f64 = 0.8;
 
 /// Finds the answer from a field that is prepared and, where they were transformed, its records and its directions.
-pub(super) fn find(
-    all: &Stages,
-    columns: Option<&TemporalPassResult>,
-    spacetime: Option<&Frequencies>,
-) -> Result<Answer> {
+pub(super) fn find(all: &Stages, records: &FromRecords) -> Result<Answer> {
     let (plan, prepared) = (all.plan, all.prepared);
     let (request, axes) = (&plan.request, &plan.axes);
     let struck = prepared.field.struck;
     let struck = struck.map(|site| site.saturating_sub(plan.sites.start));
+    let spacetime = records.spacetime.as_ref();
     let toward_minus = spacetime.is_some_and(|found| goes(&found.directions, 0.0, true));
     let in_samples = |w: f64| (w / axes.time.step).round().max(1.0) as usize;
     let options = Options {
@@ -63,7 +59,7 @@ pub(super) fn find(
     };
     let mut answer = along_x(prepared, &options, all.observer)?;
     answer.is_periodic = request.periodic;
-    answer.noise = columns.map_or(0.0, |columns| {
+    answer.noise = records.columns.as_ref().map_or(0.0, |columns| {
         let samples = sum(&columns.energies) / plan.segments.count() as f64;
         answer.noise * axes.n_times as f64 / samples
     });
@@ -101,7 +97,7 @@ pub(super) fn gains(
     let column = |of: &dyn Fn(&GainChange) -> f64| -> Vec<f64> { changes.iter().map(of).collect() };
     let (ratios, times) = (column(&|of| of.ratio), column(&|of| time.at(of.sample)));
     let [by, at] = [&ratios, &times].map(|of| some(of.iter().map(|x| three_digits(*x))));
-    let unit = plan.axes.time_unit();
+    let unit = plan.axes.units().time;
     let what = format!("the gain changes in time, x {by} at {at} {unit}");
     let advice = "scale the records before energies of sites are compared";
     let numbers = json!({"times": times, "ratios": ratios});

@@ -3,15 +3,21 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::ArrayView2;
 
+use super::axes::{Axes, Side};
+use super::display::Display;
 use super::plan::Plan;
-use crate::arrays::{Arrays, LargeArray, Sink};
-use crate::diagnostics::{Keep, MapBuilder};
+use super::request::Results;
+use crate::arrays::{LargeArray, Sink};
+use crate::diagnostics::{Keep, Map, MapBuilder};
 use crate::error::Result;
+use crate::system::lock;
 
 /// Arrays of an analysis.
 impl LargeArray {
+    /// `(time, site)`: the field, of which there is a map alone.
+    pub const SAMPLES: LargeArray = LargeArray::new("samples", ["time", "position"]);
     /// `(frequency, site)`
     pub const TEMPORAL_SPECTRUM: LargeArray =
         LargeArray::new("temporal_spectrum", ["frequency", "position"]);
@@ -24,28 +30,23 @@ impl LargeArray {
     /// `(time, wavenumber)`
     pub const KINETIC_FLUX_SURROGATE: LargeArray =
         LargeArray::new("kinetic_flux_surrogate", ["time", "wavenumber"]);
+
+    /// Those of an analysis.
+    pub(crate) const OF_ANALYSES: [LargeArray; 4] = [
+        LargeArray::TEMPORAL_SPECTRUM,
+        LargeArray::SPATIAL_SPECTRUM,
+        LargeArray::SPACETIME_SPECTRUM,
+        LargeArray::KINETIC_FLUX_SURROGATE,
+    ];
 }
 
-/// The large arrays in memory; `None` if not requested.
-#[derive(Debug, Clone, Default)]
-pub struct Spectra {
-    /// `S(f, x)`, `(frequency, site)`, one-sided.
-    pub temporal: Option<Array2<f64>>,
-    /// `S(k, t)`, `(time, wavenumber)`, one-sided.
-    pub spatial: Option<Array2<f64>>,
-    /// `S(k, f)`, `(frequency, signed wavenumber)`, one-sided in f.
-    pub spacetime: Option<Array2<f64>>,
-    /// `Pi_K(k, t)`, `(time, wavenumber)`.
-    pub flux_surrogate: Option<Array2<f64>>,
-}
-
-impl Spectra {
-    pub(crate) fn from(mut arrays: Arrays) -> Spectra {
-        Spectra {
-            temporal: arrays.remove(&LargeArray::TEMPORAL_SPECTRUM),
-            spatial: arrays.remove(&LargeArray::SPATIAL_SPECTRUM),
-            spacetime: arrays.remove(&LargeArray::SPACETIME_SPECTRUM),
-            flux_surrogate: arrays.remove(&LargeArray::KINETIC_FLUX_SURROGATE),
+impl Results {
+    pub(super) fn has(self, array: LargeArray) -> bool {
+        match array {
+            LargeArray::TEMPORAL_SPECTRUM => self.temporal,
+            LargeArray::SPATIAL_SPECTRUM => self.spatial,
+            LargeArray::SPACETIME_SPECTRUM => self.spacetime,
+            _ => self.flux_surrogate,
         }
     }
 }
@@ -59,43 +60,68 @@ pub(super) struct Outputs<'a> {
 
 impl<'a> Outputs<'a> {
     pub fn new(plan: &Plan, sink: &'a dyn Sink) -> Result<Self> {
-        let mut maps = BTreeMap::new();
         for &(array, shape) in &plan.arrays {
             sink.reserve(array, shape)?;
-            let map = plan.map_builder(shape, keep(array));
-            maps.extend(map.map(|map| (array, Mutex::new(map))));
         }
+        let map = |(array, shape)| {
+            let (limit, keep) = (plan.map_limit(array, shape), keep(array));
+            (array, Mutex::new(MapBuilder::new(shape, limit, keep)))
+        };
+        let maps = plan.mapped().map(map).collect();
         Ok(Outputs { sink, maps })
     }
 
-    /// Passes on the block whose first number is that of this row and column. Blocks of an array come one at a time, so that
-    /// nobody waits for its map.
+    /// Passes on the block whose first number is that of this row and column.
     pub fn put(
         &self,
         array: LargeArray,
         (row, column): (usize, usize),
         block: ArrayView2<f64>,
     ) -> Result<()> {
-        if let Some(map) = self.maps.get(&array) {
-            let mut map = map.lock().unwrap_or_else(PoisonError::into_inner);
-            map.add(row, column, block);
-        }
+        self.show(array, (row, column), block);
         self.sink.put(array, row, column, block)
     }
 
-    /// The maps of these arrays.
-    pub fn maps<const N: usize>(mut self, of: [LargeArray; N]) -> [Option<MapBuilder>; N] {
-        of.map(|array| {
-            let map = self.maps.remove(&array)?;
-            Some(map.into_inner().unwrap_or_else(PoisonError::into_inner))
-        })
+    /// Adds a block to its map alone. Blocks of an array come one at a time, so that nobody waits for it.
+    pub fn show(&self, array: LargeArray, (row, column): (usize, usize), block: ArrayView2<f64>) {
+        if let Some(map) = self.maps.get(&array) {
+            lock(map).add(row, column, block);
+        }
+    }
+
+    /// The maps with the parts of them that are shown; `label` says what they hold, and `unit` is that of the samples.
+    pub fn finish(
+        self,
+        axes: &Axes,
+        display: &Display,
+        label: impl Fn(LargeArray) -> String,
+        unit: f64,
+    ) -> BTreeMap<LargeArray, Map> {
+        let finish = |(array, map): (LargeArray, Mutex<MapBuilder>)| {
+            let map = map.into_inner().unwrap_or_else(PoisonError::into_inner);
+            let map = match array == LargeArray::SAMPLES {
+                true => map.times(unit),
+                false => map,
+            };
+            let sides = Side::of(array);
+            let [rows, columns] = sides.map(|side| display.part(side).bins.clone());
+            let labels = sides.map(|side| side.label(axes));
+            let along = |n: usize| {
+                let grid = sides[n].grid(axes);
+                (&*labels[n], grid.first, grid.step)
+            };
+            let part = Some(&(rows, columns));
+            let map = map.finish(part, label(array), along(0), along(1));
+            (array, map)
+        };
+        self.maps.into_iter().map(finish).collect()
     }
 }
 
-/// What maps of an array show: of fluxes, which have signs, the extremes.
+/// What maps of an array show: of what has signs, the extremes.
 pub(super) fn keep(array: LargeArray) -> Keep {
-    match array == LargeArray::KINETIC_FLUX_SURROGATE {
-        true => Keep::Extreme,
-        false => Keep::Largest,
+    match array {
+        LargeArray::SAMPLES | LargeArray::KINETIC_FLUX_SURROGATE => Keep::Extreme,
+        _ => Keep::Largest,
     }
 }

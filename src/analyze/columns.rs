@@ -14,7 +14,7 @@ use super::noise::Subtracted;
 use super::stages::Stages;
 use super::worker::Worker;
 use crate::arrays::LargeArray;
-use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
+use crate::diagnostics::{Bins, SpectrumMoments};
 use crate::error::Result;
 use crate::numeric::{pieces, sum, sum_of_squares};
 use crate::prepare::ReadAhead;
@@ -233,21 +233,16 @@ impl<T: Real> AlongTime<'_, T> {
             let values = row.iter_mut().zip(&power.0);
             values.for_each(|(to, &p)| *to = p * all.stored);
         }
-        let rows = interleaved_moments(&worker.power, &self.bins, self.edge);
-        let rows = rows.into_iter().zip(&worker.energies).enumerate();
-        let seen = rows.map(|(lane, (row, &energy))| SiteFindings {
+        let rows = worker.measured(&self.bins, self.edge);
+        let passage = self.passage.as_ref();
+        let passed = passage.map(|passage| passage.of_columns(samples, width, worker));
+        let seen = rows.into_iter().enumerate();
+        let seen = seen.map(|(lane, (row, energy))| SiteFindings {
             row,
             energy,
             subtracted: subtracted.map(|lanes| lanes[lane]),
-            passed: None,
+            passed: passed.as_ref().map(|lanes| lanes[lane]),
         });
-        let mut seen: Vec<SiteFindings> = seen.collect();
-        if let Some(passage) = &self.passage {
-            let passed = passage.of_columns(samples, width, worker);
-            for (seen, passed) in seen.iter_mut().zip(passed) {
-                seen.passed = Some(passed);
-            }
-        }
-        seen
+        seen.collect()
     }
 }

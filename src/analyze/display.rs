@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use super::columns::TemporalPassResult;
+use super::axes::{Axes, Grid, Side};
 use super::plan::Plan;
 use super::request::Request;
-use super::result::Axes;
 use super::rows::SpatialPassResult;
-use super::spacetime::{ByDirection, Frequencies};
+use super::spacetime::ByDirection;
+use super::stages::FromRecords;
 use crate::error::{Error, Result};
 use crate::numeric::sum;
 
@@ -36,14 +36,6 @@ pub enum ShowAxis {
     Interval { low: f64, high: f64 },
 }
 
-impl ShowAxis {
-    /// The whole axis.
-    pub const WHOLE: ShowAxis = ShowAxis::Interval {
-        low: f64::NEG_INFINITY,
-        high: f64::INFINITY,
-    };
-}
-
 /// Which part of each axis figures show.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Show {
@@ -51,16 +43,6 @@ pub struct Show {
     pub wavenumber: ShowAxis,
     pub time: ShowAxis,
     pub space: ShowAxis,
-}
-
-impl Show {
-    /// Every axis whole.
-    pub const WHOLE: Show = Show {
-        frequency: ShowAxis::WHOLE,
-        wavenumber: ShowAxis::WHOLE,
-        time: ShowAxis::WHOLE,
-        space: ShowAxis::WHOLE,
-    };
 }
 
 /// The part of an axis that figures show, and what they leave out.
@@ -94,36 +76,9 @@ impl Extent {
 /// alike. An axis is whole without energy, where no result gives the energy along it, and without
 /// [maps](super::Request::maps).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Display {
-    pub frequency: Extent,
-    pub wavenumber: Extent,
-    /// Of figures with both signs of the wavenumber.
-    pub wavenumber_signed: Extent,
-    pub time: Extent,
-    pub space: Extent,
-}
+pub struct Display([Extent; 5]);
 
-/// An axis of bins.
-#[derive(Debug, Clone, Copy)]
-struct BinAxis {
-    first: f64,
-    step: f64,
-    count: usize,
-}
-
-impl BinAxis {
-    fn of(bins: &[f64]) -> BinAxis {
-        BinAxis {
-            first: bins.first().copied().unwrap_or(0.0),
-            step: bins.get(1).map_or(1.0, |second| second - bins[0]),
-            count: bins.len(),
-        }
-    }
-
-    fn at(&self, bin: usize) -> f64 {
-        self.first + bin as f64 * self.step
-    }
-
+impl Grid {
     /// Bins from `low` to `high`; ends that fall on a bin up to rounding belong to it.
     fn between(&self, (low, high): (f64, f64)) -> Range<usize> {
         let [a, b] = [low, high].map(|end| (end - self.first) / self.step);
@@ -171,7 +126,7 @@ impl ShowAxis {
     }
 
     /// That the limits lie on an axis from `first` to its end, in order, and hold a bin.
-    fn check(self, option: &'static str, axis: BinAxis, first: f64) -> Result<()> {
+    fn check(self, option: &'static str, axis: Grid, first: f64) -> Result<()> {
         let Some((low, high)) = self.ends(first) else {
             return Ok(());
         };
@@ -205,45 +160,24 @@ pub(super) fn check(request: &Request, axes: &Axes) -> Result<()> {
         let expected = "maps, which the display limits are for";
         return Err(Error::request("show", expected, "none"));
     }
-    let wavenumber = BinAxis::of(&axes.wavenumber);
+    let grid = |side: Side| side.grid(axes);
+    let wavenumber = grid(Side::Wavenumber);
     let lowest = match show.wavenumber {
         ShowAxis::Interval { .. } => -wavenumber.at(wavenumber.count - 1),
         _ => 0.0,
     };
-    let [time, space] = sampled(axes);
-    let frequency = BinAxis::of(&axes.frequency);
-    show.frequency.check("show-frequency", frequency, 0.0)?;
-    show.wavenumber
-        .check("show-wavenumber", wavenumber, lowest)?;
+    let [time, space] = [Side::Time, Side::Space].map(grid);
+    (show.frequency).check("show-frequency", grid(Side::Frequency), 0.0)?;
+    (show.wavenumber).check("show-wavenumber", wavenumber, lowest)?;
     show.time.check("show-time", time, time.first)?;
     show.space.check("show-space", space, space.first)
 }
 
-fn sampled(axes: &Axes) -> [BinAxis; 2] {
-    [(&axes.time, axes.n_times), (&axes.space, axes.n_sites)].map(|(axis, count)| BinAxis {
-        first: axis.origin,
-        step: axis.step,
-        count,
-    })
-}
-
 impl Display {
-    /// Every axis whole, and nothing known of the energy along it.
-    pub fn whole(axes: &Axes) -> Display {
-        Display::of(axes, &Show::WHOLE, [None; 5], [1.0; 2])
-    }
-
     /// The display limits of what the passes found.
-    pub(super) fn find(
-        plan: &Plan,
-        columns: Option<&TemporalPassResult>,
-        rows: &SpatialPassResult,
-        spacetime: Option<&Frequencies>,
-    ) -> Display {
+    pub(super) fn find(plan: &Plan, records: &FromRecords, rows: &SpatialPassResult) -> Display {
         let axes = &plan.axes;
-        if !plan.request.maps {
-            return Display::whole(axes);
-        }
+        let (columns, spacetime) = (records.columns.as_ref(), records.spacetime.as_ref());
         let of_both = spacetime.map(|found| &found.wavenumber_energies[..]);
         let folded = of_both.map(|both| folded(both, axes.wavenumber.len()));
         let by_direction = spacetime.map(|found| found.directions.iter());
@@ -252,20 +186,20 @@ impl Display {
         let of_columns = columns.and_then(|columns| columns.frequency_energies.as_deref());
         let of_times: Vec<f64> = rows.ends.iter().map(|ends| ends.energy).collect();
         let energies = [
+            Some(&of_times[..]),
+            columns.map(|columns| &columns.energies[..]),
             by_direction.as_deref().or(of_columns),
             folded.as_deref().or(rows.wavenumber_energies.as_deref()),
             of_both,
-            Some(&of_times[..]),
-            columns.map(|columns| &columns.energies[..]),
         ];
-        let padding = [plan.padding_time(), plan.padding_space()];
-        Display::of(axes, &plan.request.show, energies, padding)
-    }
-
-    /// From energies along frequency, wavenumber of one and of both signs, time and space, and the padding in time and space.
-    fn of(axes: &Axes, show: &Show, of: [Option<&[f64]>; 5], padding: [f64; 2]) -> Display {
-        let few = padding.map(|padding| Some(FEW * padding));
-        let wavenumber = BinAxis::of(&axes.wavenumber).extent(show.wavenumber, of[1], few[1]);
+        let show = &plan.request.show;
+        let part = |side: Side, show: ShowAxis, padding: Option<f64>| {
+            let few = padding.map(|padding| FEW * padding);
+            let energies = energies[side as usize].filter(|_| plan.request.maps);
+            side.grid(axes).extent(show, energies, few)
+        };
+        let in_space = Some(plan.padding_space());
+        let wavenumber = part(Side::Wavenumber, show.wavenumber, in_space);
         let both = match show.wavenumber {
             interval @ ShowAxis::Interval { .. } => interval,
             _ => ShowAxis::Interval {
@@ -273,14 +207,24 @@ impl Display {
                 high: wavenumber.high,
             },
         };
-        let [time, space] = sampled(axes);
-        Display {
-            frequency: BinAxis::of(&axes.frequency).extent(show.frequency, of[0], few[0]),
+        let frequency = Side::Frequency;
+        Display([
+            part(Side::Time, show.time, None),
+            part(Side::Space, show.space, None),
+            part(frequency, show.frequency, Some(plan.padding_time())),
             wavenumber,
-            wavenumber_signed: BinAxis::of(&axes.wavenumber_signed).extent(both, of[2], None),
-            time: time.extent(show.time, of[3], None),
-            space: space.extent(show.space, of[4], None),
-        }
+            part(Side::SignedWavenumber, both, None),
+        ])
+    }
+
+    /// What figures show of an axis.
+    pub(crate) fn part(&self, side: Side) -> &Extent {
+        &self.0[side as usize]
+    }
+
+    /// Of all axes, with the names of their arrays. Wavenumbers of both signs are those of figures that have both.
+    pub fn parts(&self) -> impl Iterator<Item = (&'static str, &Extent)> {
+        Side::ALL.into_iter().map(Side::name).zip(&self.0)
     }
 }
 

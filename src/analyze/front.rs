@@ -7,7 +7,7 @@ use super::along::Headline;
 use super::plan::Plan;
 use super::result::{Front, FrontWindow};
 use super::worker::Worker;
-use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
+use crate::diagnostics::Bins;
 use crate::moved::ArrivalWindows;
 use crate::transform::{Real, RecordTransform, fold, frequencies, quick};
 
@@ -133,12 +133,14 @@ impl<T: Real> WindowTransforms<T> {
             |spectra, scratch| transform.transform_columns(windows, spectra, scratch),
         );
         let bins = Bins::new(&self.frequency, padded, 1.0 / (padded as f64 * self.dt));
-        let rows = interleaved_moments(&worker.power, &bins, self.edge);
-        let passed = |(arrival, row): (_, SpectrumMoments)| Passed {
+        let rows = worker.measured(&bins, self.edge).into_iter();
+        let shares = rows.map(|(row, _)| row.high_share);
+        let passed = arrivals.into_iter().zip(shares);
+        let passed = passed.map(|(arrival, high_share)| Passed {
             arrival,
-            high_share: row.high_share,
-        };
-        arrivals.into_iter().zip(rows).map(passed).collect()
+            high_share,
+        });
+        passed.collect()
     }
 }
 

@@ -3,6 +3,7 @@
 mod along;
 mod answer;
 mod arrays;
+pub(crate) mod axes;
 mod blocks;
 mod columns;
 mod dispersion;
@@ -13,7 +14,6 @@ mod front;
 mod gains;
 mod intermediate;
 pub(crate) mod labels;
-mod maps;
 mod noise;
 mod plan;
 mod quality;
@@ -33,7 +33,7 @@ pub use crate::prepare::channel_findings;
 pub use crate::sheet::Warning;
 pub use crate::transform::Scaling;
 pub use along::Headline;
-pub use arrays::Spectra;
+pub use axes::Axes;
 pub(crate) use dispersion::formula_values;
 pub use dispersion::{Constants, Dispersion, DispersionCurve, parse_constants};
 pub use display::{Display, Extent, Show, ShowAxis};
@@ -42,9 +42,3 @@ pub use plan::{Blocks, Plan, PlanSummary, PlannedStage, plan};
 pub use request::{Request, Results, ShortTime, TimeRange, Welch};
 pub use result::*;
 pub use run::{analyze, run};
-
-/// Index of the sample nearest to `at`, within `count`.
-fn nearest(axis: &crate::field::Axis, at: f64, count: usize) -> usize {
-    let index = ((at - axis.origin) / axis.step).round().max(0.0);
-    (index as usize).min(count.saturating_sub(1))
-}

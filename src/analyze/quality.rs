@@ -6,10 +6,8 @@ use num_complex::Complex;
 use serde_json::json;
 
 use super::Warning;
-use super::columns::TemporalPassResult;
 use super::rows::SpatialPassResult;
-use super::spacetime::Frequencies;
-use super::stages::Stages;
+use super::stages::{FromRecords, Stages};
 use crate::diagnostics::{Bins, SpectrumMoments};
 use crate::measure::{digits, shortest};
 use crate::numeric::{sum, sum_of, sum_of_squares};
@@ -47,8 +45,7 @@ pub(super) struct Findings<'a> {
     pub simulated: bool,
     pub has_fronts: bool,
     pub rows: &'a SpatialPassResult,
-    pub columns: Option<&'a TemporalPassResult>,
-    pub spacetime: Option<&'a Frequencies>,
+    pub records: &'a FromRecords,
 }
 
 /// The effective bandwidth of a periodogram of white noise is 0.66 of the axis, and less for few bins.
@@ -120,7 +117,7 @@ impl Findings<'_> {
     fn along_time(&self, energy: f64) -> Vec<Option<Warning>> {
         let (plan, request) = (self.all.plan, &self.all.plan.request);
         let n_times = self.rows.ends.len();
-        let Some(columns) = self.columns.filter(|_| n_times > 1) else {
+        let Some(columns) = self.records.columns.as_ref().filter(|_| n_times > 1) else {
             return Vec::new();
         };
         let (rows, bins) = (&columns.rows[..], &plan.frequency_bins());
@@ -255,7 +252,7 @@ impl Findings<'_> {
 
     /// The frequency of the line in which the energy common to all sites lies, if it is one.
     fn common_line(&self) -> Option<f64> {
-        let by_direction = &self.spacetime?.directions;
+        let by_direction = &self.records.spacetime.as_ref()?.directions;
         let undirected: Vec<f64> = by_direction.iter().map(|d| d.undirected).collect();
         let moving = undirected.get(1..)?;
         let at = (0..moving.len()).max_by(|&a, &b| moving[a].total_cmp(&moving[b]))?;
@@ -298,7 +295,7 @@ impl Findings<'_> {
             return None;
         }
         let what = match line {
-            Some(line) => format!("{} {}", digits(line), plan.axes.frequency_unit()),
+            Some(line) => format!("{} {}", digits(line), plan.axes.units().frequency),
             None => "motion".into(),
         };
         let message = format!(

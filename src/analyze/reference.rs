@@ -2,7 +2,6 @@
 
 use super::along::REFERENCE;
 use super::front::arrivals;
-use super::nearest;
 use super::noise::KnownNoise;
 use super::plan::Plan;
 use crate::error::{Error, Result};
@@ -51,7 +50,7 @@ impl References {
         };
         let passed = PASSED.min(prepared.field.n_sites() / 4).max(1);
         let time = || match plan.request.reference_time {
-            Some(t) => Some(nearest(&plan.axes.time, t, plan.axes.n_times)),
+            Some(t) => Some(plan.axes.row_at(t)),
             None => behind_the_struck(plan, prepared, passed).map(|(_, arrival)| arrival),
         };
         let mut found = References {
@@ -71,14 +70,12 @@ impl References {
                 *energy = if is_known(site) { *energy } else { 0.0 };
             }
             let first = |energies: &[f64]| first_with_energy(energies, REFERENCE);
-            found.site = found
-                .site
-                .or_else(|| first(&sites))
-                .filter(|_| results.temporal);
-            found.time = found
-                .time
-                .or_else(|| first(&times))
-                .filter(|_| results.spatial);
+            if no_site {
+                found.site = first(&sites);
+            }
+            if no_time {
+                found.time = first(&times);
+            }
         }
         Ok(found)
     }

@@ -1,5 +1,7 @@
 //! The request: every choice of an analysis, as data.
 
+use smart_default::SmartDefault;
+
 use super::dispersion::Dispersion;
 use super::display::Show;
 use crate::arrays::Precision;
@@ -61,7 +63,7 @@ pub struct Welch {
 }
 
 /// Short-time spectra: where, and with which segments.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, SmartDefault)]
 pub struct ShortTime {
     /// Sites whose records are followed; empty: the first, the middle and the last one.
     pub sites: Vec<usize>,
@@ -75,13 +77,15 @@ pub struct ShortTime {
     pub segment_space: Option<usize>,
     /// Sites between segments along x; `None`: a quarter of the segment.
     pub hop_space: Option<usize>,
+    #[default(Window::USUAL)]
     pub window: Window,
 }
 
 /// All choices of an analysis. The default removes nothing, tapers nothing, and computes all
 /// results.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, SmartDefault)]
 pub struct Request {
+    #[default(Results::ALL)]
     pub results: Results,
     /// Sites analyzed, the end excluded.
     pub sites: Option<std::ops::Range<usize>>,
@@ -137,6 +141,7 @@ pub struct Request {
     pub short_time: ShortTime,
     /// Whether arrays are also reduced to [maps](super::Map); without them there are neither figures of
     /// arrays nor heat maps in the report.
+    #[default = true]
     pub maps: bool,
     /// Which part of each axis figures and report show at first.
     pub show: Show,
@@ -145,52 +150,6 @@ pub struct Request {
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
     pub memory: Option<u64>,
-}
-
-impl Default for Request {
-    fn default() -> Self {
-        Request {
-            results: Results::ALL,
-            sites: None,
-            without_sites: Vec::new(),
-            times: TimeRange::All,
-            gaps: Gaps::Refuse,
-            detrend_field_mean: false,
-            detrend_space: Detrend::None,
-            detrend_time: Detrend::None,
-            window_time: Window::None,
-            window_space: Window::None,
-            scaling: Scaling::Energy,
-            welch: None,
-            pad_time: None,
-            pad_space: None,
-            reference_site: None,
-            reference_time: None,
-            band_edge_frequency: None,
-            band_edge_wavenumber: None,
-            front_window: None,
-            periodic: false,
-            least_move: None,
-            noise: None,
-            subtract_noise: false,
-            direction_band: None,
-            dispersion: None,
-            short_time: ShortTime {
-                sites: Vec::new(),
-                times: Vec::new(),
-                segment: None,
-                hop: None,
-                segment_space: None,
-                hop_space: None,
-                window: Window::USUAL,
-            },
-            maps: true,
-            show: Show::default(),
-            precision: Precision::F64,
-            threads: None,
-            memory: None,
-        }
-    }
 }
 
 impl Request {

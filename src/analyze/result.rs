@@ -1,72 +1,21 @@
 //! What an analysis yields beside the large arrays: one value for JSON, figures and terminal.
 
-use ndarray::Array2;
+use std::collections::BTreeMap;
+
+use ndarray::Array3;
 
 use super::along::Headline;
+use super::axes::Axes;
 use super::dispersion::DispersionCurve;
 use super::display::Display;
+use crate::arrays::{LargeArray, Precision};
 use crate::diagnostics::Map;
 use crate::error::{Error, Result};
 use crate::estimates::{NoiseFloor, SpectrumInterval};
-use crate::field::{Axis, Quantity};
+use crate::field::Quantity;
 use crate::moved::{Answer, Reason};
 use crate::prepare::WindowGains;
 use crate::sheet::Warning;
-
-/// The axes of the results. An axis without a unit counts samples or sites.
-#[derive(Debug, Clone)]
-pub struct Axes {
-    /// Times analyzed; `origin` is the first of them.
-    pub time: Axis,
-    pub n_times: usize,
-    /// Sites analyzed; `origin` is the first of them.
-    pub space: Axis,
-    pub n_sites: usize,
-    /// Frequencies `m df`, in cycles per time unit, from 0.
-    pub frequency: Vec<f64>,
-    /// Wavenumbers `m dk`, in rad per length unit, from 0.
-    pub wavenumber: Vec<f64>,
-    /// Wavenumbers of both signs, ascending; positive travels towards +x.
-    pub wavenumber_signed: Vec<f64>,
-}
-
-impl Axes {
-    pub fn times(&self) -> Vec<f64> {
-        (0..self.n_times).map(|n| self.time.at(n)).collect()
-    }
-
-    pub fn positions(&self) -> Vec<f64> {
-        (0..self.n_sites).map(|j| self.space.at(j)).collect()
-    }
-
-    /// Unit of time: `sample` where times are counted, words where a step has no unit.
-    pub fn time_unit(&self) -> &str {
-        unit(&self.time, "sample", "unit of time")
-    }
-
-    /// Unit of length: `site` where sites are counted, words where a step has no unit.
-    pub fn space_unit(&self) -> &str {
-        unit(&self.space, "site", "unit of length")
-    }
-
-    /// Unit of frequency: `Hz` for seconds, `kHz` for milliseconds, else cycles per unit.
-    pub fn frequency_unit(&self) -> String {
-        crate::measure::cycles_per(self.time_unit())
-    }
-
-    /// Unit of wavenumber: rad per unit of length.
-    pub fn wavenumber_unit(&self) -> String {
-        format!("rad/{}", self.space_unit())
-    }
-}
-
-fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
-    match &axis.unit {
-        Some(unit) => unit,
-        None if axis.step == 1.0 => counted,
-        None => stepped,
-    }
-}
 
 /// Measures of a family of spectra, one value a row (a site for `S(f, x)`, a time for `S(k, t)`).
 ///
@@ -104,10 +53,12 @@ pub struct Moments {
     pub high_share: Vec<f64>,
     /// Integral of the row's spectrum (0 for a row without energy), in the requested scaling.
     pub energy: Vec<f64>,
+    pub edge: BandEdge,
+    pub headline: Headline,
 }
 
 /// How a band edge came about.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 #[serde(rename_all = "kebab-case", tag = "chosen_by")]
 pub enum BandEdge {
     /// Given by the user.
@@ -131,10 +82,12 @@ pub enum BandEdge {
         bin: f64,
     },
     /// The reference has no energy, or no row has, or there is but one bin.
+    #[default]
     Undefined,
 }
 
 impl BandEdge {
+    /// NaN, below which no bin is, where it is not known.
     pub fn value(&self) -> f64 {
         match *self {
             BandEdge::Given { value } | BandEdge::Reference { value, .. } => value,
@@ -223,10 +176,10 @@ impl Parseval {
     ///
     /// # Errors
     /// [`Error::Failed`] with the first that is not.
-    pub fn check(&self, precision: crate::arrays::Precision) -> Result<()> {
+    pub fn check(&self, precision: Precision) -> Result<()> {
         let bound = match precision {
-            crate::arrays::Precision::F64 => 1e-10,
-            crate::arrays::Precision::F32 => 1e-4,
+            Precision::F64 => 1e-10,
+            Precision::F32 => 1e-4,
         };
         for (spectra, residual) in [
             ("along time", self.time),
@@ -241,19 +194,13 @@ impl Parseval {
     }
 }
 
-/// A short-time spectrum `(bins, frames)` of a site's record or of an instant's profile.
-#[derive(Debug, Clone)]
-pub struct ShortTimeSpectrum {
-    /// Index of the site (or time) in the range analyzed.
-    pub index: usize,
-    /// Its coordinate.
-    pub at: f64,
-    pub values: Array2<f64>,
-}
-
-/// Short-time spectra along one axis; all share segments and axes.
+/// Short-time spectra along one axis, of records of sites or of profiles of instants.
 #[derive(Debug, Clone)]
 pub struct ShortTimeSpectra {
+    /// Indices of the sites (or times) in the range analyzed.
+    pub rows: Vec<usize>,
+    /// Their coordinates.
+    pub at: Vec<f64>,
     /// Bin frequencies (cycles) or wavenumbers (rad).
     pub bins: Vec<f64>,
     /// Centre of each frame: a time, or a position.
@@ -261,14 +208,14 @@ pub struct ShortTimeSpectra {
     pub segment: usize,
     pub hop: usize,
     pub window: WindowGains,
-    pub spectra: Vec<ShortTimeSpectrum>,
+    /// `(row, bin, frame)`
+    pub values: Array3<f64>,
 }
 
 impl ShortTimeSpectra {
     /// The largest value of all.
     pub(crate) fn largest(&self) -> f64 {
-        let values = self.spectra.iter().flat_map(|one| one.values.iter());
-        values.copied().fold(0.0, f64::max)
+        self.values.iter().copied().fold(0.0, f64::max)
     }
 }
 
@@ -287,7 +234,7 @@ pub struct Timing {
 /// Error of the result, and its source.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Accuracy {
-    pub precision: crate::arrays::Precision,
+    pub precision: Precision,
     /// Unit of the stored amplitudes: 1 unless squares leave the number range, then a power of
     /// two; spectra are then in units of its square.
     pub amplitude_unit: f64,
@@ -355,8 +302,6 @@ pub struct Analysis {
     pub direction_by_frequency: Option<[Vec<f64>; 2]>,
     /// How well `S(f, x)` is known at the reference site, if the record is stationary.
     pub interval: Option<SpectrumInterval>,
-    pub frequency_edge: Option<BandEdge>,
-    pub wavenumber_edge: Option<BandEdge>,
     /// The noise that was subtracted from spectra along time, in the requested scaling; densities of the noise are
     /// power spectral densities.
     pub noise: Option<NoiseFloor>,
@@ -364,24 +309,13 @@ pub struct Analysis {
     pub along_space: Option<Moments>,
     /// Redistribution of wavenumber content along t: one value a time.
     pub along_time: Option<Moments>,
-    /// The headline of [`Analysis::along_space`].
-    pub headline_space: Headline,
-    /// The headline of [`Analysis::along_time`].
-    pub headline_time: Headline,
     /// The passage of the front, beside the whole record.
     pub front: Option<Front>,
     /// The part of each axis that figures show.
     pub display: Display,
-    /// The field itself, `(time, site)`. No maps where [`Request::maps`](super::Request::maps) is off.
-    pub field_map: Option<Map>,
-    /// `S(f, x)`: rows are frequencies, columns positions.
-    pub temporal_map: Option<Map>,
-    /// `S(k, t)`: rows are times, columns wavenumbers.
-    pub spatial_map: Option<Map>,
-    /// `S(k, f)`: rows are frequencies, columns signed wavenumbers.
-    pub spacetime_map: Option<Map>,
-    /// `Pi_K(k, t)`: rows are times, columns wavenumbers.
-    pub flux_map: Option<Map>,
+    /// Of the samples and of each large array, with its rows and columns. No maps where
+    /// [`Request::maps`](super::Request::maps) is off.
+    pub maps: BTreeMap<LargeArray, Map>,
     /// What `S(k, f)` is held against; empty where it was not requested.
     pub dispersion: Vec<DispersionCurve>,
     pub short_time: Option<ShortTimeSpectra>,

@@ -11,7 +11,7 @@ use super::quality::Ends;
 use super::stages::Stages;
 use super::worker::Worker;
 use crate::arrays::LargeArray;
-use crate::diagnostics::{Bins, Keep, MapBuilder, SpectrumMoments, interleaved_moments};
+use crate::diagnostics::{Bins, SpectrumMoments};
 use crate::error::Result;
 use crate::numeric::lanes;
 use crate::prepare::Prepared;
@@ -27,8 +27,6 @@ pub(super) struct SpatialPassResult {
     pub ends: Vec<Ends>,
     pub first_profile: Vec<f64>,
     pub last_profile: Vec<f64>,
-    /// `None` where no maps are wanted.
-    pub field_map: Option<MapBuilder>,
     /// Sum over times at each wavenumber, with the map, where `S(k, f)` does not have it.
     pub wavenumber_energies: Option<Vec<f64>>,
 }
@@ -76,7 +74,6 @@ pub(super) fn transform_profiles<T: Real>(all: &Stages, edge: f64) -> Result<Spa
         ends: Vec::with_capacity(nt),
         first_profile: Vec::new(),
         last_profile: Vec::new(),
-        field_map: plan.map_builder((nt, nx), Keep::Extreme),
         wavenumber_energies: has_sums.then(|| vec![0.0; nk]),
     };
     let pass = SpatialPass {
@@ -101,7 +98,7 @@ pub(super) fn transform_profiles<T: Real>(all: &Stages, edge: f64) -> Result<Spa
         tile,
         |from, seen, [profiles, spectra]| {
             let spectra = spectra.view();
-            done.take(prepared, (from, seen), profiles.view(), spectra);
+            done.take(all, (from, seen), profiles.view(), spectra);
             if let Some(flux) = &mut flux {
                 flux.take(spectra, all.outputs)?;
             }
@@ -121,7 +118,7 @@ impl SpatialPassResult {
     /// Takes in what was found in a block, its profiles as they were read, and their spectra.
     fn take(
         &mut self,
-        prepared: &Prepared,
+        all: &Stages,
         (from, seen): (usize, Vec<SnapshotFindings>),
         read: ArrayView2<f64>,
         spectra: ArrayView2<f64>,
@@ -134,16 +131,14 @@ impl SpatialPassResult {
                 self.energies.push(energy);
             }
         }
-        let stored = prepared.stored_profiles(from..from + count);
+        let stored = all.prepared.stored_profiles(from..from + count);
         let stored = stored.and_then(|stored| ArrayView2::from_shape(read.dim(), stored).ok());
         let profiles = stored.unwrap_or(read);
         if from == 0 {
             self.first_profile = profiles.row(0).to_vec();
         }
         self.last_profile = profiles.row(count - 1).to_vec();
-        if let Some(map) = &mut self.field_map {
-            map.add(from, 0, profiles);
-        }
+        (all.outputs).show(LargeArray::SAMPLES, (from, 0), profiles);
         if let Some(sums) = &mut self.wavenumber_energies {
             add_rows(sums, spectra);
         }
@@ -196,8 +191,7 @@ impl<T: Real> SpatialPass<'_, T> {
                     *p = powers.0[lane] * self.stored;
                 }
             }
-            let rows = interleaved_moments(&worker.power, &self.bins, self.edge);
-            found.extend(rows.into_iter().zip(worker.energies.iter().copied()));
+            found.extend(worker.measured(&self.bins, self.edge));
         }
         ends.zip(found.into_iter().map(Some)).collect()
     }

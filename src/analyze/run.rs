@@ -6,6 +6,7 @@ use super::along::{self, Headline};
 use super::arrays::Outputs;
 use super::columns::TemporalPassResult;
 use super::display::Display;
+use super::labels::Power;
 use super::noise::KnownNoise;
 use super::plan::{Plan, plan};
 use super::quality::Findings;
@@ -13,10 +14,10 @@ use super::reference::References;
 use super::request::Request;
 use super::result::*;
 use super::rows::SpatialPassResult;
-use super::spacetime::{ByDirection, Frequencies};
-use super::stages::{Clock, Stages};
-use super::{Spectra, Warning, answer, front, maps};
-use crate::arrays::{Collect, Precision, Sink};
+use super::spacetime::ByDirection;
+use super::stages::{Clock, FromProfiles, FromRecords, Stages};
+use super::{Warning, answer, front};
+use crate::arrays::{Arrays, Collect, LargeArray, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
 use crate::field::Field;
@@ -26,15 +27,16 @@ use crate::observer::{Observer, Silent};
 use crate::prepare::{GAIN_STEPS, Prepared, Sites, channels};
 use crate::sheet::number;
 use crate::transform::Real;
+use crate::unit::label;
 
-/// Analyses a field that fits in memory: plan, run, collect.
+/// Analyses a field that fits in memory: plan, run, collect. Arrays that are not requested are absent.
 ///
 /// # Errors
 /// As [`plan`], and [`crate::Error::NonFinite`].
-pub fn analyze(field: &Field, request: &Request) -> Result<(Analysis, Spectra)> {
+pub fn analyze(field: &Field, request: &Request) -> Result<(Analysis, Arrays)> {
     let collect = Collect::default();
     let analysis = run(field, &plan(field, request)?, &collect, &Silent)?;
-    Ok((analysis, Spectra::from(collect.into_arrays())))
+    Ok((analysis, collect.into_arrays()))
 }
 
 /// Carries out `plan` on the field for which it was made; large arrays go to `sink` block by block.
@@ -92,12 +94,10 @@ fn passes<T: Real>(
         outputs: &outputs,
         observer,
     };
-    let (records, mut profiles) = stages.run::<T>(&mut clock)?;
-    let field_map = profiles.rows.field_map.take();
+    let (records, profiles) = stages.run::<T>(&mut clock)?;
     let (columns, spacetime) = (records.columns.as_ref(), records.spacetime.as_ref());
-    let rows = &profiles.rows;
 
-    let parseval = parseval(plan, columns, rows, spacetime);
+    let parseval = parseval(plan, &records, &profiles.rows);
     parseval.check(precision)?;
     let noise_left = noise.as_ref().zip(columns);
     let noise_left = noise_left
@@ -105,9 +105,9 @@ fn passes<T: Real>(
     let power_unit = if stored == 1.0 { unit } else { 1.0 };
     // A guessed axis carries no verdict.
     let is_told = results.answer && !prepared.is_silent() && !field.has_guessed_layout();
-    let find = || answer::find(&stages, columns, spacetime);
+    let find = || answer::find(&stages, &records);
     let mut answer = is_told.then(find).transpose()?;
-    let display = Display::find(plan, columns, rows, spacetime);
+    let display = Display::find(plan, &records, &profiles.rows);
     let range = (plan.times.clone(), plan.sites.clone());
     let simulated = field.struck.is_some();
     let known = (&plan.request.without_sites[..], Some(&scans[..]));
@@ -118,9 +118,8 @@ fn passes<T: Real>(
         scans: &scans,
         simulated,
         has_fronts: answer.as_ref().is_some_and(|answer| answer.has_fronts),
-        rows,
-        columns,
-        spacetime,
+        rows: &profiles.rows,
+        records: &records,
     };
     let mut warnings = warnings(field, &found, channels);
     if let Some(answer) = answer.as_mut().filter(|_| !simulated) {
@@ -137,25 +136,20 @@ fn passes<T: Real>(
     clock.lap(plan, "answer");
     let along_space = columns.filter(|_| results.temporal);
     let windows = answer.as_ref().and_then(|answer| answer.windows.as_ref());
-    let along_space =
-        along_space.map(|columns| stages.along_space(columns, records.front, windows));
-    let along_time = results.spatial.then(|| stages.along_time(rows));
+    let along_space = along_space.map(|columns| stages.along_space(columns, &records, windows));
     let (along_space, front) = along_space.unzip();
-    let (along_space, headline_space) = along_space.unzip();
     // All of a chain that moves from the start stands in modes: no front passes.
     let stands = field.struck.is_some() && answer.as_ref().is_some_and(|of| !of.has_fronts);
     let front = front.filter(|_| !stands);
-    let (along_time, headline_time) = along_time.unzip();
+    let along_time = results.spatial.then(|| stages.along_time(&profiles));
     // A single site has no wavenumber axis.
     let by_frequency = spacetime.filter(|_| plan.axes.n_sites > 1);
-    let units = [unit, power_unit];
-    let [
-        field_map,
-        temporal_map,
-        spatial_map,
-        spacetime_map,
-        flux_map,
-    ] = maps::finished((field_map, outputs), field, plan, units, &display);
+    let (scaling, samples) = (plan.request.scaling, field.unit.as_deref());
+    let power = Power::new(&plan.axes, scaling, samples, power_unit);
+    let label = |array| match array {
+        LargeArray::SAMPLES => label(field.quantity.in_words(), samples.unwrap_or_default()),
+        _ => power.of_array(array),
+    };
     Ok(Analysis {
         name: field.name.clone(),
         content_hash: field.content_hash.clone(),
@@ -171,18 +165,10 @@ fn passes<T: Real>(
         direction_by_frequency: by_frequency.map(|found| shares(&found.directions)),
         interval: records.interval,
         noise: noise_left,
-        frequency_edge: records.edge,
-        wavenumber_edge: profiles.edge,
         along_space,
         along_time,
-        headline_space: headline_space.unwrap_or_default(),
-        headline_time: headline_time.unwrap_or_default(),
         front,
-        field_map,
-        temporal_map,
-        spatial_map,
-        spacetime_map,
-        flux_map,
+        maps: outputs.finish(&plan.axes, &display, label, unit),
         display,
         dispersion: plan.dispersion.clone(),
         short_time: profiles.short_time,
@@ -258,9 +244,9 @@ impl Stages<'_> {
     fn along_space(
         &self,
         columns: &TemporalPassResult,
-        length: Option<FrontWindow>,
+        found: &FromRecords,
         windows: Option<&ArrivalWindows>,
-    ) -> ((Moments, Headline), Front) {
+    ) -> (Moments, Front) {
         let (plan, reference) = (self.plan, self.references.site);
         let noise = self.noise_in(&plan.window_time, plan.segments.count());
         let noise_at = |site: usize| match self.noise {
@@ -278,28 +264,29 @@ impl Stages<'_> {
             moments.energy[site - plan.sites.start] = f64::NAN;
         }
         let passed = &columns.passed[..];
-        let front = front::gather(plan, length, passed, &defined, reference, windows);
+        let front = front::gather(plan, found.front, passed, &defined, reference, windows);
         // Where the record ends while the front passes, the end makes a part of the spectrum.
         let whole = match front.length {
             Some(_) => &front.fits,
             None => &defined,
         };
         let place = |row| plan.place(row);
-        let headline = Headline::of(&moments.high_share, &defined, whole, reference, place);
-        ((moments, headline), front)
+        moments.headline = Headline::of(&moments.high_share, &defined, whole, reference, place);
+        moments.edge = found.edge;
+        (moments, front)
     }
 
-    fn along_time(&self, rows: &SpatialPassResult) -> (Moments, Headline) {
-        let plan = self.plan;
+    fn along_time(&self, found: &FromProfiles) -> Moments {
+        let (plan, rows) = (self.plan, &found.rows);
         let noise = self.noise_in(&plan.window_space, 1);
         let defined = along::defined(&rows.rows, &rows.energies, |_| noise);
         let measure = plan.space_scale.measure * self.stored;
-        let moments = Moments::gather(&rows.rows, &defined, measure, plan.padding_space());
+        let mut moments = Moments::gather(&rows.rows, &defined, measure, plan.padding_space());
+        let place = |row| (plan.times.start + row, plan.axes.time.at(row));
         let reference = self.references.time;
-        let headline = Headline::of(&moments.high_share, &defined, &defined, reference, |row| {
-            (plan.times.start + row, plan.axes.time.at(row))
-        });
-        (moments, headline)
+        moments.headline = Headline::of(&moments.high_share, &defined, &defined, reference, place);
+        moments.edge = found.edge;
+        moments
     }
 
     /// The energy `sum (w v)^2` of the known noise in a row with the given number of segments.
@@ -322,12 +309,8 @@ fn stored_square(unit: f64, precision: Precision) -> f64 {
     }
 }
 
-fn parseval(
-    plan: &Plan,
-    columns: Option<&TemporalPassResult>,
-    rows: &SpatialPassResult,
-    spacetime: Option<&Frequencies>,
-) -> Parseval {
+fn parseval(plan: &Plan, records: &FromRecords, rows: &SpatialPassResult) -> Parseval {
+    let columns = records.columns.as_ref();
     let residual = |transformed: f64, samples: f64| {
         (samples > 0.0 && samples.is_finite()).then(|| transformed / samples - 1.0)
     };
@@ -348,7 +331,7 @@ fn parseval(
             }
             false => None,
         },
-        spacetime: columns.zip(spacetime).and_then(|(c, by)| {
+        spacetime: columns.zip(records.spacetime.as_ref()).and_then(|(c, by)| {
             let tapered = c.energies.iter().zip(&plan.window_space);
             let tapered = sum_of(tapered.map(|(e, w)| e * w * w));
             let samples = tapered / segments * time.energy * space.energy;

@@ -1,11 +1,11 @@
 //! Short-time spectra: along t at chosen sites, along x at chosen times.
 
-use ndarray::Array2;
-use ndarray::parallel::prelude::*;
+use ndarray::{Array2, Array3, ArrayViewMut2};
+use rayon::iter::{ParallelBridge, ParallelIterator};
 
 use super::plan::checked_window;
 use super::request::Request;
-use super::result::{ShortTimeSpectra, ShortTimeSpectrum};
+use super::result::ShortTimeSpectra;
 use super::stages::Stages;
 use crate::error::{Error, Result};
 use crate::field::Axis;
@@ -45,8 +45,7 @@ pub(super) fn along_space<T: Real>(all: &Stages) -> Result<Option<ShortTimeSpect
     if asked.is_empty() {
         return Ok(None);
     }
-    let nearest = |&t: &f64| super::nearest(&axes.time, t, axes.n_times);
-    let times = asked.iter().map(nearest).collect();
+    let times = asked.iter().map(|t| axes.row_at(*t)).collect();
     let segments = plan.short_time[1];
     let n = segments.length;
     let scale =
@@ -81,9 +80,8 @@ fn spectra<T: Real>(
         RecordTransform::<T>::new(&weights, n),
     );
     let starts: Vec<usize> = segments.starts().collect();
-    let of = |row: usize| -> Result<ShortTimeSpectrum> {
-        let (record, mut scratch) = (read(row), RecordScratch::default());
-        let mut values = Array2::zeros((bins.len(), starts.len()));
+    let of = |(row, mut values): (&usize, ArrayViewMut2<f64>)| -> Result<()> {
+        let (record, mut scratch) = (read(*row), RecordScratch::default());
         for (block, starts) in starts.chunks(TOGETHER).enumerate() {
             all.observer.go_on()?;
             let frames = starts.iter().map(|&start| &record[start..start + n]);
@@ -95,17 +93,15 @@ fn spectra<T: Real>(
             }
             all.observer.advance(starts.len() as u64);
         }
-        Ok(ShortTimeSpectrum {
-            index: row,
-            at: across.at(row),
-            values,
-        })
+        Ok(())
     };
+    let mut values = Array3::zeros((rows.len(), bins.len(), starts.len()));
+    let mut each = rows.iter().zip(values.outer_iter_mut());
     // A field larger than memory is swept once a row, and these are held one at a time.
-    let spectra: Result<Vec<ShortTimeSpectrum>> = match all.plan.streams() {
-        true => rows.into_iter().map(of).collect(),
-        false => rows.into_par_iter().map(of).collect(),
-    };
+    match all.plan.streams() {
+        true => each.try_for_each(of)?,
+        false => each.par_bridge().try_for_each(of)?,
+    }
     let half = 0.5 * (n - 1) as f64;
     let centres = starts
         .iter()
@@ -115,7 +111,9 @@ fn spectra<T: Real>(
         segment: n,
         hop: segments.hop,
         window: window.gains(n),
-        spectra: spectra?,
+        at: rows.iter().map(|row| across.at(*row)).collect(),
+        rows,
+        values,
         bins,
     })
 }

@@ -39,8 +39,8 @@ pub(super) struct Stages<'a> {
 /// What transforms along time lead to.
 #[derive(Default)]
 pub(super) struct FromRecords {
-    /// Where low frequencies end; `None` where no spectra along time are wanted.
-    pub edge: Option<BandEdge>,
+    /// Where low frequencies end.
+    pub edge: BandEdge,
     pub front: Option<FrontWindow>,
     /// Of the spectrum of the reference site.
     pub interval: Option<SpectrumInterval>,
@@ -53,8 +53,8 @@ pub(super) struct FromRecords {
 
 /// What profiles and single records lead to.
 pub(super) struct FromProfiles {
-    /// Where low wavenumbers end; `None` where no spectra along space are wanted.
-    pub edge: Option<BandEdge>,
+    /// Where low wavenumbers end.
+    pub edge: BandEdge,
     pub rows: SpatialPassResult,
     pub short_time: Option<ShortTimeSpectra>,
     pub short_space: Option<ShortTimeSpectra>,
@@ -115,7 +115,7 @@ impl Stages<'_> {
             self.look_at_reference(&along_time, &mut found);
             clock.lap(plan, "frequency band edge");
         }
-        along_time.edge = value_of(found.edge);
+        along_time.edge = found.edge.value();
         let passage = |of: FrontWindow| WindowTransforms::new(plan, of.samples, along_time.edge);
         along_time.passage = found.front.map(passage);
         let is_kept = plan.request.results.spacetime;
@@ -150,11 +150,11 @@ impl Stages<'_> {
             SpectrumInterval::of_record(record, &plan.window_time, plan.segments)
         });
         let bin = 1.0 / (plan.segments.length as f64 * plan.axes.time.step);
-        found.edge = Some(edge(plan.request.band_edge_frequency, bin, || {
+        found.edge = edge(plan.request.band_edge_frequency, bin, || {
             let (site, (_, spectrum)) = reference?;
             let quantile = quantile_of(&spectrum, &plan.frequency_bins(), EDGE)?;
             Some((quantile, plan.place(site)))
-        }));
+        });
     }
 
     /// Where low wavenumbers end.
@@ -172,11 +172,12 @@ impl Stages<'_> {
     /// Along space at each time, and short-time spectra.
     fn profiles<T: Real>(&self, clock: &mut Clock) -> Result<FromProfiles> {
         let (plan, results) = (self.plan, self.plan.request.results);
-        let edge = results.spatial.then(|| self.wavenumber_edge::<T>());
-        if edge.is_some() {
+        let mut edge = BandEdge::default();
+        if results.spatial {
+            edge = self.wavenumber_edge::<T>();
             clock.lap(plan, "wavenumber band edge");
         }
-        let rows = rows::transform_profiles::<T>(self, value_of(edge))?;
+        let rows = rows::transform_profiles::<T>(self, edge.value())?;
         clock.lap(plan, "along space");
         let (mut short_time, mut short_space) = (None, None);
         if results.short_time {
@@ -219,11 +220,6 @@ fn edge(
         },
         Some((value, (index, at))) => BandEdge::Reference { value, index, at },
     }
-}
-
-/// NaN without an edge: no bin compares as below it.
-fn value_of(edge: Option<BandEdge>) -> f64 {
-    edge.map_or(f64::NAN, |edge| edge.value())
 }
 
 /// An observer of concurrent chains of passes: stages have no names, since several run at once. A

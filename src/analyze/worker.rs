@@ -7,6 +7,7 @@ use num_complex::Complex;
 
 use super::columns::AlongTime;
 use super::stages::Stages;
+use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
 use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, on_lines, widest};
 use crate::prepare::{Detrend, Trend};
 use crate::system::prefetch::{LINE, prefetch_after};
@@ -54,14 +55,9 @@ impl<T: Real> Worker<T> {
                 self.detrended(of.stages, &sites, (span, values), &mut detrended);
                 values = &detrended;
             }
-            let factor = |m| {
-                if s + 1 == step {
-                    mean * fold(m, n)
-                } else {
-                    1.0
-                }
-            };
-            self.add(shape, kept, (s == 0, factor), |spectra, scratch| {
+            let (is_first, is_last) = (s == 0, s + 1 == step);
+            let factor = |m| if is_last { mean * fold(m, n) } else { 1.0 };
+            self.add(shape, kept, (is_first, factor), |spectra, scratch| {
                 transform.transform_columns(values, spectra, scratch)
             });
             self.segments = detrended;
@@ -97,6 +93,12 @@ impl<T: Real> Worker<T> {
             is_first,
             factor,
         });
+    }
+
+    /// Measures of each spectrum, with the energy of its record.
+    pub fn measured(&self, bins: &Bins, edge: f64) -> Vec<(SpectrumMoments, f64)> {
+        let rows = interleaved_moments(&self.power, bins, edge).into_iter();
+        rows.zip(self.energies.iter().copied()).collect()
     }
 
     /// The power spectrum of the first record.

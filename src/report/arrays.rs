@@ -2,6 +2,7 @@
 
 use crate::analyze::Analysis;
 use crate::analyze::labels::Power;
+use crate::arrays::LargeArray;
 use crate::sheet::Sheet;
 use crate::unit;
 
@@ -20,14 +21,10 @@ const ATTRIBUTES: [(&str, &str); 4] = [
 pub fn label_analysis(analysis: &Analysis, sheet: &mut Sheet) {
     sheet.attributes = &ATTRIBUTES;
     let power = Power::of(analysis);
-    for (name, label) in [
-        ("temporal_spectrum", power.over_frequency()),
-        ("spatial_spectrum", power.over_wavenumber()),
-        ("spacetime_spectrum", power.over_both()),
-        ("kinetic_flux_surrogate", power.flux()),
-    ] {
+    for array in LargeArray::OF_ANALYSES {
+        let label = power.of_array(array);
         let (about, unit) = unit::split(&label);
-        sheet.variable(name, &[], unit, Vec::new());
+        sheet.variable(array.name(), &[], unit, Vec::new());
         if let Some(added) = sheet.variables.last_mut() {
             added.about = about.into();
         }

@@ -46,18 +46,19 @@ impl Headlines {
     /// The headlines of an analysis; computes nothing new.
     pub fn of(analysis: &Analysis) -> Headlines {
         let axes = &analysis.axes;
+        let units = axes.units();
         let answer = analysis.answer.as_ref();
         let frequency = answer.map(|answer| &answer.frequency);
         let told = analysis.direction_of_waves();
         Headlines {
             times: axes.n_times,
             sites: axes.n_sites,
-            frequency: frequency.map(|of| MovedShares::of(of, axes.frequency_unit())),
+            frequency: frequency.map(|of| MovedShares::of(of, units.frequency.clone())),
             energy_ratio: frequency.and_then(|of| defined(of.energy_ratio)),
             from: frequency.and_then(|of| Some(of.from?.rows[0])),
             to: frequency.and_then(|of| Some(of.to?.rows[1])),
             wavenumber: answer
-                .map(|answer| MovedShares::of(&answer.wavenumber, axes.wavenumber_unit())),
+                .map(|answer| MovedShares::of(&answer.wavenumber, units.wavenumber.clone())),
             toward_plus_x: told.and_then(|direction| defined(direction.toward_plus_x)),
             toward_minus_x: told.and_then(|direction| defined(direction.toward_minus_x)),
             warnings: analysis.warnings.len(),

@@ -4,8 +4,10 @@
 //! units and decades are those of the program's own figures.
 
 use super::ArrayFormat;
-use crate::analyze::labels::{self, Power};
+use crate::analyze::axes::Side;
+use crate::analyze::labels::Power;
 use crate::analyze::{Analysis, Extent};
+use crate::arrays::LargeArray;
 use crate::budget::Budget;
 use crate::sweep::{Request, SweptKey};
 
@@ -94,34 +96,20 @@ fn pictures<const N: usize>(
 /// Draws `S(k, f)` with its dispersion curves, `S(f, x)` and `S(k, t)` from the file of spectra, those
 /// of them that were computed.
 pub fn analysis_snippet(analysis: &Analysis, format: ArrayFormat) -> String {
-    let (axes, shown, power) = (&analysis.axes, &analysis.display, Power::of(analysis));
-    let (k, f) = (labels::wavenumber(axes), labels::frequency(axes));
-    let frequency = ("frequency", f, Some(&shown.frequency));
-    let both_signs = (
-        "wavenumber_signed",
-        k.clone(),
-        Some(&shown.wavenumber_signed),
-    );
-    let wavenumber = ("wavenumber", k, Some(&shown.wavenumber));
-    let position = ("position", labels::position(axes), Some(&shown.space));
-    let time = ("time", labels::time(axes), Some(&shown.time));
+    let power = Power::of(analysis);
     let all = [
-        (
-            "spacetime_spectrum",
-            [both_signs, frequency.clone()],
-            power.over_both(),
-        ),
-        (
-            "temporal_spectrum",
-            [position, frequency],
-            power.over_frequency(),
-        ),
-        (
-            "spatial_spectrum",
-            [wavenumber, time],
-            power.over_wavenumber(),
-        ),
+        LargeArray::SPACETIME_SPECTRUM,
+        LargeArray::TEMPORAL_SPECTRUM,
+        LargeArray::SPATIAL_SPECTRUM,
     ];
+    let all = all.map(|array| {
+        let mut axes = Side::of(array).map(|side| {
+            let (label, part) = (side.label(&analysis.axes), analysis.display.part(side));
+            (side.name(), label, Some(part))
+        });
+        axes.reverse();
+        (array.name(), axes, power.of_array(array))
+    });
     let names: Vec<&str> = analysis.dispersion.iter().map(|c| &c.name[..]).collect();
     let dashed = quoted(names.join("; "));
     pictures(

@@ -300,7 +300,7 @@ pub fn ridges(
     if fields.len() > 1 {
         let count = fields.len() as f64;
         power.par_mapv_inplace(|p| p / count);
-        if let Some(map) = &mut analysis.spacetime_map {
+        if let Some(map) = analysis.maps.get_mut(&LargeArray::SPACETIME_SPECTRUM) {
             let mut builder = MapBuilder::new(power.dim(), MAP_LIMIT, Keep::Largest);
             builder.add(0, 0, power.view());
             let axes = &analysis.axes;
@@ -333,7 +333,11 @@ fn search(
     let (axes, segment) = (&analysis.axes, analysis.conventions.segment);
     let spectrum = power.rows().into_iter().skip(1).map(|row| row.sum());
     let counting = share_that_counts(independence.steadiness, samples, (spectrum, segment));
-    let realisations = (independence.effective * counting).max(1.0);
+    // A transient says nothing of the noise.
+    let realisations = match independence.is_transient() {
+        true => independence.effective,
+        false => (independence.effective * counting).max(1.0),
+    };
     let (nf, nk) = power.dim();
     let df = 1.0 / (segment as f64 * axes.time.step.abs());
     let dk = TAU / (nk as f64 * axes.space.step.abs());

@@ -3,7 +3,10 @@
 use serde_json::json;
 
 use super::{Ridge, RidgeCut, RidgeFit, RidgePoint, Ridges};
-use crate::analyze::{DispersionCurve, labels};
+use crate::analyze::DispersionCurve;
+use crate::analyze::axes::Side;
+use crate::analyze::labels::Power;
+use crate::arrays::LargeArray;
 use crate::numeric::sorted;
 use crate::sheet::{
     BLUE, Chart, Column, Describe, Look, PlotRow, Role, Series, Sheet, Units, VERMILLION, name_of,
@@ -214,7 +217,7 @@ impl Ridges {
     fn variables(&self, sheet: &mut Sheet) {
         let axes = &self.analysis.axes;
         let units = Units::of(&axes.time, &axes.space, None);
-        let density = labels::Power::of(&self.analysis).over_both();
+        let density = Power::of(&self.analysis).of_array(LargeArray::SPACETIME_SPECTRUM);
         let branches = self.of_points().map(|(ridge, _)| ridge.branch as f64);
         sheet.line("branch", "point", "", branches.collect::<Vec<_>>());
         let at_frequency = |p: &RidgePoint| f64::from(u8::from(p.cut == RidgeCut::Frequency));
@@ -237,7 +240,9 @@ impl Ridges {
 
     /// The spectrum, with the curves over it.
     pub(crate) fn map(&self) -> Option<Chart> {
-        let map = self.analysis.spacetime_map.as_ref()?.shown();
+        let analysis = &self.analysis;
+        let map = analysis.maps.get(&LargeArray::SPACETIME_SPECTRUM)?;
+        let map = map.shown();
         Some(Chart {
             title: "space-time spectrum S(k, f)".into(),
             caption: "Power by wavenumber and frequency; positive wavenumbers travel towards +x."
@@ -264,7 +269,7 @@ impl Ridges {
         let group = series("group", VERMILLION, |p| {
             [p.frequency, p.group_velocity, p.group_velocity_error]
         });
-        let frequency = labels::frequency(&self.analysis.axes);
+        let frequency = Side::Frequency.label(&self.analysis.axes);
         let velocity = label("velocity", &self.words().velocity);
         (self.points().next())
             .map(|_| Chart::of("velocities", frequency, velocity, vec![phase, group]).about_zero())

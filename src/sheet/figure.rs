@@ -58,6 +58,19 @@ pub struct FigureLayout {
 }
 
 impl FigureLayout {
+    /// A row of plots without a file of its own.
+    pub(crate) fn on_page(
+        name: &'static str,
+        plots: impl IntoIterator<Item = Chart>,
+    ) -> FigureLayout {
+        FigureLayout {
+            name,
+            rows: vec![PlotRow::of(plots)],
+            is_on_page_only: true,
+            ..FigureLayout::default()
+        }
+    }
+
     /// Plots in rows of `columns`.
     pub fn grid(
         title: impl Into<String>,

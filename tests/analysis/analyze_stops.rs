@@ -9,7 +9,7 @@ use test_support::fields::asking;
 use wavecascade::analyze::{Request, Results, plan, run};
 use wavecascade::arrays::{LargeArray, Nowhere, Sink};
 use wavecascade::observer::{Observer, Silent};
-use wavecascade::{Error, Field};
+use wavecascade::{Error, Field, Result};
 
 /// How long a put that is no failure takes after the failure, which is being noted meanwhile.
 const PAUSE: Duration = Duration::from_millis(20);
@@ -22,17 +22,11 @@ struct Full {
 }
 
 impl Sink for Full {
-    fn reserve(&self, _: LargeArray, _: (usize, usize)) -> wavecascade::Result<()> {
+    fn reserve(&self, _: LargeArray, _: (usize, usize)) -> Result<()> {
         Ok(())
     }
 
-    fn put(
-        &self,
-        array: LargeArray,
-        _: usize,
-        _: usize,
-        _: ArrayView2<f64>,
-    ) -> wavecascade::Result<()> {
+    fn put(&self, array: LargeArray, _: usize, _: usize, _: ArrayView2<f64>) -> Result<()> {
         if array == self.fails {
             self.failed.store(true, Ordering::SeqCst);
             return Err(Error::Write {
@@ -51,14 +45,17 @@ impl Sink for Full {
     }
 }
 
+fn field(shape: (usize, usize)) -> Field {
+    let value = |(n, j): (usize, usize)| (0.01 * (n * (j + 1)) as f64).sin();
+    Field::from_array(Array2::from_shape_fn(shape, value))
+}
+
 /// Records and profiles go side by side: where one cannot be written, the other stops long before
 /// its last block, and the disk is to blame. With space-time, records are put by blocks of
 /// frequencies.
 #[test]
 fn a_disk_that_is_full_stops_what_goes_beside() {
-    let field = Field::from_array(Array2::from_shape_fn((30_000, 64), |(n, j)| {
-        (0.01 * (n * (j + 1)) as f64).sin()
-    }));
+    let field = field((30_000, 64));
     for fails in [LargeArray::TEMPORAL_SPECTRUM, LargeArray::SPATIAL_SPECTRUM] {
         let spacetime = fails == LargeArray::SPATIAL_SPECTRUM;
         let request = Request {
@@ -85,10 +82,8 @@ fn a_disk_that_is_full_stops_what_goes_beside() {
             others: AtomicUsize::new(0),
         };
         let error = run(&field, &plan, &sink, &Silent).unwrap_err();
-        assert!(
-            matches!(&error, Error::Write { path, .. } if path.ends_with("full")),
-            "{error}"
-        );
+        let is_full = matches!(&error, Error::Write { path, .. } if path.ends_with("full"));
+        assert!(is_full, "{error}");
         let others = sink.others.into_inner();
         assert!(others <= beside / 2, "{others} of {beside}");
     }
@@ -100,19 +95,15 @@ struct Patience(AtomicUsize);
 impl Observer for Patience {
     fn cancelled(&self) -> bool {
         let spend = |left: usize| left.checked_sub(1);
-        let spent = self
-            .0
-            .fetch_update(Ordering::SeqCst, Ordering::SeqCst, spend);
-        spent.is_err()
+        let order = Ordering::SeqCst;
+        self.0.fetch_update(order, order, spend).is_err()
     }
 }
 
 /// Wherever it is told to, whether records and profiles go side by side or one after the other.
 #[test]
 fn a_run_that_is_told_to_stop_says_so() {
-    let field = Field::from_array(Array2::from_shape_fn((6_000, 200), |(n, j)| {
-        (0.01 * (n * (j + 1)) as f64).sin()
-    }));
+    let field = field((6_000, 200));
     for (memory, streams) in [(1 << 30, false), (30 << 20, true)] {
         let request = asking(|it| (it.threads, it.memory) = (Some(2), Some(memory)));
         let plan = plan(&field, &request).unwrap();
@@ -128,10 +119,8 @@ fn a_run_that_is_told_to_stop_says_so() {
         assert!(questions >= 200, "{questions}");
         for asked in (0..questions).step_by(questions / 10) {
             let (ended, _) = run_for(asked);
-            assert!(
-                matches!(ended, Err(Error::Cancelled)),
-                "{asked} of {questions}: {ended:?}"
-            );
+            let is_told = matches!(ended, Err(Error::Cancelled));
+            assert!(is_told, "{asked} of {questions}: {ended:?}");
         }
     }
 }

@@ -3,11 +3,12 @@
 use ndarray::Array2;
 use test_support::changed;
 use test_support::fields::{TEMPORAL, asking, segments};
-use wavecascade::analyze::{Analysis, Request, Spectra, plan};
-use wavecascade::arrays::Precision;
+use wavecascade::analyze::{Analysis, Request, plan};
+use wavecascade::arrays::{Arrays, Precision};
 use wavecascade::plot::{Format, Style};
 use wavecascade::prepare::{Detrend, Gaps, Window};
 use wavecascade::report::{Provenance, sheet_html};
+use wavecascade::sheet::Describe;
 use wavecascade::{Field, analyze};
 
 fn field() -> Field {
@@ -42,34 +43,10 @@ fn requests() -> Vec<Request> {
     vec![plain, welch, single]
 }
 
-fn bits(spectra: &Spectra, analysis: &Analysis) -> Vec<u64> {
-    let arrays = [
-        &spectra.temporal,
-        &spectra.spatial,
-        &spectra.spacetime,
-        &spectra.flux_surrogate,
-    ];
-    let large = arrays.into_iter().flatten().flatten().copied();
-    let along = [&analysis.along_space, &analysis.along_time];
-    let small = along.into_iter().flatten().flat_map(|m| {
-        [
-            &m.centroid,
-            &m.bandwidth,
-            &m.effective_bandwidth,
-            &m.entropy,
-            &m.participation,
-            &m.median,
-            &m.quantile_90,
-            &m.energy,
-            &m.high_share,
-        ]
-        .into_iter()
-        .flatten()
-        .copied()
-    });
-    let front = analysis.front.iter();
-    let front = front.flat_map(|f| f.arrival.iter().chain(&f.high_share).copied());
-    let small = small.chain(front);
+fn bits(spectra: &Arrays, analysis: &Analysis) -> Vec<u64> {
+    let large = spectra.values().flatten().copied();
+    let sheet = analysis.describe();
+    let small = sheet.variables.iter().flat_map(|of| of.values.iter());
     let d = analysis.direction.map(|d| [d.toward_plus_x, d.undirected]);
     let p = analysis.parseval;
     let scalars = d
@@ -78,12 +55,8 @@ fn bits(spectra: &Spectra, analysis: &Analysis) -> Vec<u64> {
         .chain(p.time)
         .chain(p.space)
         .chain(p.spacetime);
-    let short = analysis.short_time.iter().flat_map(|s| &s.spectra);
-    let short = short.flat_map(|one| one.values.iter().copied());
-    let by_frequency = analysis.direction_by_frequency.iter().flatten().flatten();
-    let small = small.chain(short).chain(by_frequency.copied());
     large
-        .chain(small)
+        .chain(small.copied())
         .chain(scalars)
         .map(f64::to_bits)
         .collect()
@@ -193,17 +166,7 @@ fn without_maps_all_else_is_the_same_bit_for_bit() -> Result<(), wavecascade::Er
         let (with, of_with) = run(true)?;
         let (without, of_without) = run(false)?;
         assert_eq!(bits(&of_with, &with), bits(&of_without, &without));
-        let maps = |a: &Analysis| {
-            [
-                &a.field_map,
-                &a.temporal_map,
-                &a.spatial_map,
-                &a.spacetime_map,
-                &a.flux_map,
-            ]
-            .map(Option::is_some)
-        };
-        assert_eq!((maps(&with), maps(&without)), ([true; 5], [false; 5]));
+        assert_eq!([with.maps.len(), without.maps.len()], [5, 0]);
         let pages = [&with, &without].map(|analysis| {
             let provenance = Provenance::new(Vec::new(), None, None);
             let (sheet, style) = (analysis.words(), Style::default());

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use ndarray::{Array2, ArrayView2, s};
-use wavecascade::analyze::{Analysis, Map, Reduction, Request};
+use wavecascade::analyze::{Map, Reduction, Request};
+use wavecascade::arrays::LargeArray;
 use wavecascade::{Field, analyze};
 
 /// Waves at bin m of frequency and of wavenumber with energies q^m, m = 1 .. `waves`.
@@ -14,18 +15,6 @@ fn geometric((times, sites): (usize, usize), q: f64, waves: usize) -> Field {
         (1..=waves).map(wave).sum()
     };
     Field::from_array(Array2::from_shape_fn((times, sites), value))
-}
-
-/// The maps of an analysis.
-fn maps(analysis: &Analysis) -> [&Map; 5] {
-    [
-        &analysis.field_map,
-        &analysis.temporal_map,
-        &analysis.spatial_map,
-        &analysis.spacetime_map,
-        &analysis.flux_map,
-    ]
-    .map(|map| map.as_ref().unwrap())
 }
 
 /// The first row (column) of an array that a map holds, from its first coordinate and step.
@@ -59,38 +48,31 @@ fn compare(map: &Map, array: ArrayView2<f64>, (y, dy): (f64, f64), (x, dx): (f64
 fn maps_and_their_details_are_what_blocks_of_the_arrays_give() {
     for shape in [(20_000, 70), (300, 700), (200, 40)] {
         let field = geometric(shape, 0.9, 30);
-        let (analysis, spectra) = analyze(&field, &Request::default()).unwrap();
+        let (analysis, mut spectra) = analyze(&field, &Request::default()).unwrap();
         let axes = &analysis.axes;
         let [df, dk] = [axes.frequency[1], axes.wavenumber[1]];
         let signed = (axes.wavenumber_signed[0], dk);
         let mut samples = vec![0.0; shape.0 * shape.1];
         field.read_time_major(0..shape.0, 0..shape.1, &mut samples);
         let samples = Array2::from_shape_vec(shape, samples).unwrap();
-        let [field, temporal, spatial, spacetime, flux] = maps(&analysis);
-        for map in [spacetime, temporal] {
-            let detail = map.detail.as_ref().unwrap();
-            assert!(detail.y.high < 0.7 * map.y.high);
-            assert!(detail.values.nrows() <= 400 && detail.values.ncols() <= 300);
-        }
-        let both = |map: &Map| [Some(map.clone()), map.detail.as_deref().cloned()];
-        for part in both(field).into_iter().flatten() {
-            compare(&part, samples.view(), (0.0, 1.0), (0.0, 1.0));
-        }
-        for part in both(temporal).into_iter().flatten() {
-            let array = spectra.temporal.as_ref().unwrap();
-            compare(&part, array.view(), (0.0, df), (0.0, 1.0));
-        }
-        for part in both(spatial).into_iter().flatten() {
-            let array = spectra.spatial.as_ref().unwrap();
-            compare(&part, array.view(), (0.0, 1.0), (0.0, dk));
-        }
-        for part in both(spacetime).into_iter().flatten() {
-            let array = spectra.spacetime.as_ref().unwrap();
-            compare(&part, array.view(), (0.0, df), signed);
-        }
-        for part in both(flux).into_iter().flatten() {
-            let array = spectra.flux_surrogate.as_ref().unwrap();
-            compare(&part, array.view(), (0.0, 1.0), (0.0, dk));
+        spectra.insert(LargeArray::SAMPLES, samples);
+        for (array, values) in spectra {
+            let map = &analysis.maps[&array];
+            let [y, x] = array.axes().map(|axis| match axis {
+                "frequency" => (0.0, df),
+                "wavenumber" => (0.0, dk),
+                "wavenumber_signed" => signed,
+                _ => (0.0, 1.0),
+            });
+            compare(map, values.view(), y, x);
+            if let Some(detail) = &map.detail {
+                compare(detail, values.view(), y, x);
+            }
+            if array.axes()[0] == "frequency" {
+                let detail = map.detail.as_ref().unwrap();
+                assert!(detail.y.high < 0.7 * map.y.high);
+                assert!(detail.values.nrows() <= 400 && detail.values.ncols() <= 300);
+            }
         }
     }
 }

@@ -5,6 +5,7 @@ use base64::prelude::BASE64_STANDARD;
 use serde_json::Value;
 use test_support::figures::well_formed;
 use wavecascade::analyze::Analysis;
+use wavecascade::arrays::LargeArray;
 use wavecascade::plot::Style;
 use wavecascade::report::{Provenance, sheet_html};
 
@@ -95,7 +96,7 @@ fn names_are_escaped() {
     let mut analysis = test_support::figures::full();
     analysis.name = "</script><script>alert(1)</script>".into();
     analysis.unit = Some("<em>".into());
-    analysis.field_map.as_mut().unwrap().label = "</script><i>".into();
+    analysis.maps.get_mut(&LargeArray::SAMPLES).unwrap().label = "</script><i>".into();
     let page = html(&analysis);
     assert!(!page.contains("<script>alert") && !page.contains("<em>") && !page.contains("<i>"));
     assert!(page.contains("&lt;/script&gt;&lt;script&gt;alert(1)"));
@@ -120,15 +121,15 @@ fn maps_decode_to_the_values_of_the_analysis() {
     let analysis = test_support::figures::full();
     let data = payload(&analysis);
     let maps = [
-        ("space-time", analysis.field_map.as_ref()),
-        ("spacetime-spectrum", analysis.spacetime_map.as_ref()),
-        ("temporal-spectrum", analysis.temporal_map.as_ref()),
-        ("spatial-spectrum", analysis.spatial_map.as_ref()),
-        ("flux-surrogate", analysis.flux_map.as_ref()),
+        ("space-time", LargeArray::SAMPLES),
+        ("spacetime-spectrum", LargeArray::SPACETIME_SPECTRUM),
+        ("temporal-spectrum", LargeArray::TEMPORAL_SPECTRUM),
+        ("spatial-spectrum", LargeArray::SPATIAL_SPECTRUM),
+        ("flux-surrogate", LargeArray::KINETIC_FLUX_SURROGATE),
     ];
     let pictures = data["pictures"].as_array().unwrap().iter();
-    for (found, (id, map)) in pictures.filter(|of| of["kind"] == "map").zip(maps) {
-        let map = map.unwrap();
+    for (found, (id, array)) in pictures.filter(|of| of["kind"] == "map").zip(maps) {
+        let map = &analysis.maps[&array];
         assert_eq!(found["id"], id);
         assert_eq!(found["rows"], map.values.nrows());
         assert_eq!(found["columns"], map.values.ncols());

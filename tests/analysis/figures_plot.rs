@@ -6,6 +6,7 @@ use std::fs;
 use test_support::contains_all;
 use test_support::figures::well_formed;
 use wavecascade::analyze::{Analysis, Reduction};
+use wavecascade::arrays::LargeArray;
 use wavecascade::plot::plotters::prelude::*;
 use wavecascade::plot::{self, Figure, Format, Style, own_chart, px, sans};
 
@@ -122,7 +123,7 @@ fn the_note_states_the_whole_reduction() {
         ((400, 300), "up to 8 (vertical) × 1 (horizontal) samples"),
         ((1500, 1500), "up to 32 (vertical) × 3 (horizontal) samples"),
     ] {
-        let map = analysis.field_map.as_mut().unwrap();
+        let map = analysis.maps.get_mut(&LargeArray::SAMPLES).unwrap();
         map.values = ndarray::Array2::zeros(shape);
         map.reduction = Reduction::Extreme {
             rows: 8,
@@ -135,9 +136,7 @@ fn the_note_states_the_whole_reduction() {
     let short = analysis.short_time.as_mut().unwrap();
     let centres = |count: usize| (0..count).map(|n| n as f64).collect::<Vec<f64>>();
     (short.bins, short.frames) = (centres(150), centres(2000));
-    for spectrum in &mut short.spectra {
-        spectrum.values = ndarray::Array2::ones((150, 2000));
-    }
+    short.values = ndarray::Array3::ones((short.at.len(), 150, 2000));
     assert!(text(&analysis, "short-time").contains("each cell"));
 }
 
@@ -158,8 +157,8 @@ fn noisy(n: usize, value: impl Fn(usize) -> f64) -> wavecascade::analyze::Moment
 fn large_noisy_results_stay_small_files() {
     let mut analysis = test_support::figures::field_only();
     let noise = |i: usize, j: usize| ((i * 7919 + j * 104_729) as f64).sin() * 43_758.545_3 % 1.0;
-    analysis.field_map.as_mut().unwrap().values =
-        ndarray::Array2::from_shape_fn((1500, 1500), |(i, j)| noise(i, j) as f32);
+    let samples = analysis.maps.get_mut(&LargeArray::SAMPLES).unwrap();
+    samples.values = ndarray::Array2::from_shape_fn((1500, 1500), |(i, j)| noise(i, j) as f32);
     let mut figures = drawn(&analysis);
     for (n, gap_every) in [(200_000, usize::MAX), (200_000, 3), (4000, 2), (2000, 2)] {
         analysis.axes.n_times = n;

@@ -10,7 +10,7 @@ use test_support::fields::{analyzed, pulse, struck};
 fn the_reference_of_a_run_lies_behind_what_is_struck() {
     let run = struck(60, 60.0, 1024);
     let analysis = analyzed(&run.to_field(), &Request::default());
-    let edges = [analysis.frequency_edge, analysis.wavenumber_edge].map(Option::unwrap);
+    let edges = [analysis.along_space, analysis.along_time].map(|of| of.unwrap().edge);
     let places = edges.map(|edge| match edge {
         BandEdge::Reference { index, .. } | BandEdge::Unresolved { index, .. } => index,
         other => panic!("{other:?}"),
@@ -26,12 +26,13 @@ fn the_reference_of_a_run_lies_behind_what_is_struck() {
     simulation.velocity[2] = 0.5;
     let run = simulation.run(&wavecascade::observer::Silent).unwrap();
     let analysis = analyzed(&run.to_field(), &Request::default());
-    let headline = analysis.headline_space;
+    let headline = analysis.along_space.unwrap().headline;
     assert_eq!(headline.reference.unwrap().index, 3);
     let fourth = run.velocity.column(4);
     let largest = fourth.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     let arrival = fourth.iter().position(|v| v.abs() > 0.01 * largest);
-    assert_eq!(analysis.headline_time.reference.map(|s| s.index), arrival);
+    let headline = analysis.along_time.unwrap().headline;
+    assert_eq!(headline.reference.map(|s| s.index), arrival);
 }
 
 /// Of a pulse that travels unchanged shares at the front are the same at all sites, and those of an

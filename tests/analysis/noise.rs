@@ -8,6 +8,7 @@ use test_support::fields::{
 use test_support::{changed, near};
 use wavecascade::Field;
 use wavecascade::analyze::{Moments, Request, Results, analyze};
+use wavecascade::arrays::LargeArray;
 use wavecascade::estimates::{NoiseFloor, NoiseSource, SpectrumEstimate};
 use wavecascade::prepare::Window;
 
@@ -172,7 +173,7 @@ fn val_centroids_and_shares_without_the_noise() {
     let [before, after] = errors(|m| &m.energy);
     near(after, 0.0, 0.5 * before);
     let left = noise.subtracted.as_ref().unwrap();
-    let sum = spectra.temporal.unwrap().column(7).sum() / TIMES as f64;
+    let sum = spectra[&LargeArray::TEMPORAL_SPECTRUM].column(7).sum() / TIMES as f64;
     near(sum / along.energy[7], 1.0, 1e-12);
     let whole = noise.sites[7].unwrap().density / 2.0 * TIMES as f64;
     let rest = along.energy[7] - left.clipped_power[7] + whole;

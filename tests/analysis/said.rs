@@ -7,7 +7,7 @@ use ndarray::Array2;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use wavecascade::analyze::{Analysis, Request, Results, ShowAxis, TimeRange, analyze};
-use wavecascade::arrays::Precision;
+use wavecascade::arrays::{LargeArray, Precision};
 use wavecascade::budget::answer_of_run;
 use wavecascade::chain::scene::{SceneSource, Setting, preset};
 use wavecascade::field::{Field, OpenOptions};
@@ -19,6 +19,7 @@ use test_support::fields::{TEMPORAL, noise, segments};
 use test_support::recipe::Recipes;
 
 /// What a table begins with: functions of recipes, and words for facts.
+#[derive(Default)]
 struct Table {
     recipes: Recipes,
     words: BTreeMap<&'static str, &'static str>,
@@ -36,19 +37,11 @@ struct Case {
 
 impl Table {
     fn read(text: &'static str) -> Table {
-        let mut table = Table {
-            recipes: Recipes::default(),
-            words: BTreeMap::new(),
-            rows: Vec::new(),
-        };
-        table
-            .recipes
-            .0
-            .insert("dispersive".into(), std::sync::Arc::new(dispersive));
-        for line in text
-            .lines()
-            .filter(|line| !line.is_empty() && !line.starts_with('#'))
-        {
+        let mut table = Table::default();
+        let own = std::sync::Arc::new(dispersive);
+        table.recipes.0.insert("dispersive".into(), own);
+        let lines = text.lines();
+        for line in lines.filter(|line| !line.is_empty() && !line.starts_with('#')) {
             match line.split_once(' ') {
                 Some(("let", definition)) => table.recipes.add(definition),
                 Some(("word", meaning)) => table.words.extend(meaning.split_once(": ")),
@@ -73,12 +66,8 @@ impl Table {
             None => (self.field(recipe, keys), None),
             Some(("file", path)) => (Field::open(path, &OpenOptions::default()).unwrap(), None),
             Some(("scene", name)) => {
-                let run = scene(name, keys)
-                    .setup()
-                    .unwrap()
-                    .simulation
-                    .run(&Silent)
-                    .unwrap();
+                let setup = scene(name, keys).setup().unwrap();
+                let run = setup.simulation.run(&Silent).unwrap();
                 match recipe {
                     "bare" => {
                         let field = Field::from_array(run.velocity.clone());
@@ -228,21 +217,18 @@ impl Table {
             let (count, fact) = rest.split_once(' ').unwrap();
             let count: usize = count.parse().unwrap();
             let held = cases.iter().filter(|case| self.holds(fact, case)).count();
-            let is_right = if how == "least" {
-                held >= count
-            } else {
-                held <= count
+            let is_wrong = match how {
+                "least" => held < count,
+                _ => held > count,
             };
-            return (!is_right).then(|| format!("{held} of {}", cases.len()));
+            return is_wrong.then(|| format!("{held} of {}", cases.len()));
         }
         let is_missed = |case: &&Case| match how {
             "same" => {
                 let (place, within) = rest.split_once(" within ").unwrap_or((rest, "0"));
                 let [first, other] = [&cases[0], *case].map(|case| case.at(place));
-                let apart = other
-                    .as_f64()
-                    .zip(first.as_f64())
-                    .map(|(a, b)| (a / b - 1.0).abs());
+                let both = other.as_f64().zip(first.as_f64());
+                let apart = both.map(|(a, b)| (a / b - 1.0).abs());
                 first != other && !apart.is_some_and(|apart| apart < within.parse().unwrap())
             }
             _ => !self.holds(fact, case),
@@ -250,15 +236,10 @@ impl Table {
         let missed = cases.iter().find(is_missed)?;
         let meaning = self.words.get(how).unwrap_or(&fact);
         let places = meaning.split(' ').chain(fact.split(' '));
-        let mut found = places
-            .map(|place| missed.at(place))
-            .filter(|found| !found.is_null());
-        let found = [
-            found.next().unwrap_or(&Value::Null),
-            missed.at("answer"),
-            missed.at("codes"),
-        ];
-        Some(format!("{found:?} of {:?}", missed.keys))
+        let mut found = places.map(|place| missed.at(place));
+        let found = found.find(|found| !found.is_null());
+        let [answer, codes] = ["answer", "codes"].map(|place| missed.at(place));
+        Some(format!("{found:?}, {answer}, {codes} of {:?}", missed.keys))
     }
 }
 
@@ -320,10 +301,8 @@ fn set(request: &mut Request, field: &mut Field, option: &str, text: &str) {
         "show-space" => request.show.space = shown(text),
         "sites" => request.sites = Some(ends[0] as usize..ends[1] as usize),
         "times" => {
-            request.times = TimeRange::Interval {
-                from: ends[0],
-                to: ends[1],
-            }
+            let (from, to) = (ends[0], ends[1]);
+            request.times = TimeRange::Interval { from, to };
         }
         "gaps" => request.gaps = serde_json::from_value(word()).unwrap(),
         "detrend-time" => request.detrend_time = serde_json::from_value(word()).unwrap(),
@@ -362,47 +341,28 @@ fn all_of(analysis: &Analysis) -> Value {
     let mut all = sheet.numbers;
     let mut add = |name: &str, value: Value| drop(all.insert(name.into(), value));
     add("answer", json!(sheet.answer));
-    add(
-        "codes",
-        json!(sheet.warnings.iter().map(|of| of.code).collect::<Vec<_>>()),
-    );
-    let with_sites = sheet
-        .warnings
-        .iter()
-        .filter(|of| of.numbers["sites"].is_array());
-    add(
-        "faults",
-        json!(with_sites.map(|of| of.code).collect::<Vec<_>>()),
-    );
-    for of in &sheet.warnings {
-        add(
-            of.code,
-            changed(of.numbers.clone(), |it| it["says"] = json!(of.message)),
-        );
+    let warnings = sheet.warnings.iter();
+    let codes: Vec<&str> = warnings.clone().map(|of| of.code).collect();
+    add("codes", json!(codes));
+    let with_sites = warnings.clone().filter(|of| of.numbers["sites"].is_array());
+    let faults: Vec<&str> = with_sites.map(|of| of.code).collect();
+    add("faults", json!(faults));
+    for of in warnings {
+        let says = |it: &mut Value| it["says"] = json!(of.message);
+        add(of.code, changed(of.numbers.clone(), says));
     }
     for of in sheet.variables.iter().filter(|of| of.dimensions.len() == 1) {
         add(&of.name, json!(of.values));
     }
-    add(
-        "told",
-        json!(analysis.undirected.map(|reason| reason.code())),
-    );
-    let field = analysis.field_map.as_ref();
-    add(
-        "shown_field",
-        json!(field.map(|map| map.shown().values.dim())),
-    );
-    let shown = &analysis.display;
-    for (name, of) in [
-        ("frequency", &shown.frequency),
-        ("wavenumber", &shown.wavenumber),
-        ("wavenumber_signed", &shown.wavenumber_signed),
-        ("time", &shown.time),
-        ("space", &shown.space),
-    ] {
+    let told = analysis.undirected.map(|reason| reason.code());
+    add("told", json!(told));
+    let field = analysis.maps.get(&LargeArray::SAMPLES);
+    let shown = field.map(|map| map.shown().values.dim());
+    add("shown_field", json!(shown));
+    for (name, of) in analysis.display.parts() {
         let bins = [of.bins.start, of.bins.end];
         let of = json!({"bins": bins, "low": of.low, "high": of.high, "below": of.below, "above": of.above, "whole": of.is_whole()});
-        add(&format!("shown_{name}"), of);
+        add(&format!("shown_{}", name.replace("position", "space")), of);
     }
     Value::Object(all)
 }
@@ -429,10 +389,6 @@ fn val_construction_kinds_of_fields_and_what_is_said_of_them() {
     let chosen = std::env::var("ROW").unwrap_or_default();
     let rows = table.rows.par_iter().filter(|row| row.contains(&chosen));
     let wrong: Vec<String> = rows.flat_map(|row| table.wrong(row)).collect();
-    assert!(
-        wrong.is_empty(),
-        "{} wrong:\n{}",
-        wrong.len(),
-        wrong.join("\n")
-    );
+    let (count, wrong) = (wrong.len(), wrong.join("\n"));
+    assert!(count == 0, "{count} wrong:\n{wrong}");
 }

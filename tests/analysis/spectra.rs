@@ -11,8 +11,8 @@ use ndarray_npy::NpzReader;
 use test_support::fields::{asking, segments};
 use test_support::shared::shared_data;
 use test_support::{changed, lies, near, worst};
-use wavecascade::analyze::{Analysis, Request, Scaling, Spectra, TimeRange};
-use wavecascade::arrays::Precision;
+use wavecascade::analyze::{Analysis, Request, Scaling, TimeRange};
+use wavecascade::arrays::{Arrays, LargeArray, Precision};
 use wavecascade::field::OpenOptions;
 use wavecascade::prepare::{Detrend, Window};
 use wavecascade::{Field, analyze};
@@ -84,7 +84,7 @@ fn field(name: &str) -> Option<Field> {
     Some(Field::open(&path, &options).unwrap())
 }
 
-fn run(name: &str, request: &Request) -> Option<(Analysis, Spectra)> {
+fn run(name: &str, request: &Request) -> Option<(Analysis, Arrays)> {
     let (analysis, spectra) = analyze(&field(name)?, request).unwrap();
     let p = analysis.parseval;
     if request.precision == Precision::F64 {
@@ -95,7 +95,7 @@ fn run(name: &str, request: &Request) -> Option<(Analysis, Spectra)> {
 }
 
 /// Of every case whose references are there.
-fn each(request: &Request, check: impl Fn(&str, Analysis, Spectra)) {
+fn each(request: &Request, check: impl Fn(&str, Analysis, Arrays)) {
     for (name, _) in CASES {
         if let Some((analysis, spectra)) = run(name, request) {
             check(name, analysis, spectra);
@@ -108,14 +108,16 @@ fn val_scipy_periodogram_along_time_and_space() {
     let request = changed(density(), |it| it.detrend_time = Detrend::Mean);
     each(&request, |name, analysis, spectra| {
         let of = |array: &str| theirs(name, &format!("ref_periodogram.npz/{array}"));
-        let mean = spectra.temporal.unwrap().mean_axis(Axis(1)).unwrap();
+        let temporal = &spectra[&LargeArray::TEMPORAL_SPECTRUM];
+        let mean = temporal.mean_axis(Axis(1)).unwrap();
         lies(apart(&mean, &of("Pt_mean_over_x")), 0.0..TOLERANCE);
         lies(apart(&analysis.axes.frequency, &of("f")), 0.0..1e-15);
     });
     let request = changed(density(), |it| it.detrend_space = Detrend::Mean);
     each(&request, |name, analysis, spectra| {
         let of = |array: &str| theirs(name, &format!("ref_periodogram.npz/{array}"));
-        let mean = spectra.spatial.unwrap().mean_axis(Axis(0)).unwrap() * TAU;
+        let spatial = &spectra[&LargeArray::SPATIAL_SPECTRUM];
+        let mean = spatial.mean_axis(Axis(0)).unwrap() * TAU;
         lies(apart(&mean, &of("Pk_mean_over_t")), 0.0..TOLERANCE);
         let k = of("k") * TAU;
         lies(apart(&analysis.axes.wavenumber, &k), 0.0..1e-15);
@@ -133,7 +135,8 @@ fn val_scipy_welch() {
         };
         if let Some((_, spectra)) = run(name, &request) {
             let theirs = theirs(name, "ref_welch.npz/P");
-            lies(apart(&spectra.temporal.unwrap(), &theirs), 0.0..TOLERANCE);
+            let temporal = &spectra[&LargeArray::TEMPORAL_SPECTRUM];
+            lies(apart(temporal, &theirs), 0.0..TOLERANCE);
         }
     }
 }
@@ -160,7 +163,8 @@ fn val_numpy_and_xrft_spacetime() {
         };
         each(&request, |name, _, spectra| {
             let theirs = as_ours(theirs(name, place));
-            lies(apart(&spectra.spacetime.unwrap(), &theirs), within.clone());
+            let spacetime = &spectra[&LargeArray::SPACETIME_SPECTRUM];
+            lies(apart(spacetime, &theirs), within.clone());
         });
     }
 }
@@ -189,7 +193,7 @@ fn val_numpy_shot_gather_travels_towards_plus_x() {
         return;
     };
     let theirs = as_ours(theirs(SHOT, "ref_fk_numpy.npz/S"));
-    assert_eq!(spectra.spacetime.unwrap().dim(), (1251, 101));
+    assert_eq!(spectra[&LargeArray::SPACETIME_SPECTRUM].dim(), (1251, 101));
     let (mut plus, mut all) = (0.0, 0.0);
     for (f, row) in analysis.axes.frequency.iter().zip(theirs.outer_iter()) {
         if (5.0..=90.0).contains(f) {
@@ -208,7 +212,7 @@ fn val_burgers_surrogate_is_minus_the_change_of_energy() {
     let Some((_, spectra)) = run(BURGERS, &Request::default()) else {
         return;
     };
-    let flux = spectra.flux_surrogate.unwrap();
+    let flux = &spectra[&LargeArray::KINETIC_FLUX_SURROGATE];
     // Cumulative over k of the reference's energy spectrum.
     let mut energy = theirs(BURGERS, "ref_budget.npz/E");
     energy.accumulate_axis_inplace(Axis(1), |below, e| *e += below);

@@ -1,6 +1,7 @@
 //! `cascade analyze` as a stranger meets it: what it writes and prints, and where.
 
 use test_support::place::Place;
+use wavecascade::arrays::LargeArray;
 
 /// Cells within six decades of the largest reach over half of both axes.
 #[test]
@@ -14,7 +15,7 @@ fn pictures_of_the_shipped_scenes_are_filled() {
         let field = test_support::made::open(&place, "run.npz");
         let request = wavecascade::analyze::Request::default();
         let (analysis, _) = wavecascade::analyze(&field, &request).unwrap();
-        let map = analysis.spacetime_map.as_ref().unwrap().shown();
+        let map = analysis.maps[&LargeArray::SPACETIME_SPECTRUM].shown();
         let level = 1e-6 * map.values.iter().copied().fold(0.0, f32::max);
         let (rows, columns) = map.values.dim();
         let (mut top, mut left, mut right) = (0, columns, 0);

@@ -194,7 +194,7 @@ fn column(angle: &str, ends: [&str; 2], expected: [f64; 18]) -> Outcome<Column> 
     let (share, energy) = (along_x.high_share, along_x.energy);
     let passed: Vec<f64> = flow.high.iter().map(|high| high / budget.scale).collect();
     let high_k = |n: usize| 1.0 - wavenumbers.low_energy[n] / budget.scale;
-    let temporal = spectra.temporal.ok_or("no temporal spectra")?;
+    let temporal = &spectra[&LargeArray::TEMPORAL_SPECTRUM];
     let spectral = &arrays[&LargeArray::ENERGY_SPECTRUM];
     let all = |site: usize| 1e-3 * along_x.centroid[site];
     let moving = |site: usize| 1e-3 * moments(f, &temporal.column(site), DRIFT).0;
@@ -283,7 +283,7 @@ fn over_wavenumbers(angle: &str, end: &str) -> Outcome<OverWavenumbers> {
     };
     let (analysis, spectra) = wavecascade::analyze(&field, &request)?;
     let along_t = analysis.along_time.ok_or("no redistribution along t")?;
-    let spatial = spectra.spatial.ok_or("no spatial spectra")?;
+    let spatial = &spectra[&LargeArray::SPATIAL_SPECTRUM];
     let times = run.time.mapv(|t| 1e3 * t).to_vec();
     // Means over the passage of cells, in which the wave changes its shape to and fro.
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;

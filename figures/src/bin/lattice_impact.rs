@@ -13,6 +13,7 @@
 use std::f64::consts::PI;
 
 use wavecascade::analyze::{Request, Results};
+use wavecascade::arrays::LargeArray;
 use wavecascade::field::OpenOptions;
 use wavecascade::plot::{Format, Style, figures_of};
 use wavecascade::sheet::Describe;
@@ -31,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let (analysis, spectra) = analyze(&field, &request)?;
 
-    let spectrum = spectra.spacetime.ok_or("no space-time spectrum")?;
+    let spectrum = &spectra[&LargeArray::SPACETIME_SPECTRUM];
     let axes = &analysis.axes;
     let mut farthest = 0.0f64;
     for (&k, column) in axes.wavenumber_signed.iter().zip(spectrum.columns()) {

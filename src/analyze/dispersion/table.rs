@@ -113,7 +113,7 @@ impl Table {
 
     /// Omega of every branch at the wavenumbers of a field, in its units.
     pub(super) fn branches(&self, axes: &Axes, wavenumber: &[f64]) -> Result<Vec<Vec<f64>>> {
-        let k_factor = self.factor(&self.k_unit, axes.wavenumber_unit(), |unit| {
+        let k_factor = self.factor(&self.k_unit, axes.units().wavenumber, |unit| {
             let length = unit.strip_prefix("rad/").or(unit.strip_prefix("1/"))?;
             Some(1.0 / size::<Length>(length)?)
         })?;
@@ -121,10 +121,12 @@ impl Table {
         let both = self.curves.iter().all(one_sided);
         let branch = |curve: &Curve| {
             let factor = match curve.is_cycles {
-                true => TAU * self.factor(&curve.unit, axes.frequency_unit(), hertz)?,
-                false => self.factor(&curve.unit, format!("rad/{}", axes.time_unit()), |unit| {
-                    Some(1.0 / size::<Time>(unit.strip_prefix("rad/")?)?)
-                })?,
+                true => TAU * self.factor(&curve.unit, axes.units().frequency, hertz)?,
+                false => {
+                    self.factor(&curve.unit, format!("rad/{}", axes.units().time), |unit| {
+                        Some(1.0 / size::<Time>(unit.strip_prefix("rad/")?)?)
+                    })?
+                }
             };
             let at = |&k: &f64| {
                 let k = if both { k.abs() } else { k };

@@ -4,7 +4,6 @@ use super::{Blocks, Plan};
 use crate::analyze::arrays::keep;
 use crate::analyze::intermediate::scratch_bytes;
 use crate::analyze::short_time::TOGETHER;
-use crate::diagnostics::Keep;
 use crate::error::{Error, Result};
 use crate::numeric::lanes::WIDTH;
 use crate::prepare::piece_bytes;
@@ -59,15 +58,9 @@ impl Plan {
         of(time, sites) + of(space, asked.times.len())
     }
 
-    /// Bytes of the maps, of which there are none without figures.
     fn map_bytes(&self) -> u64 {
-        if !self.request.maps {
-            return 0;
-        }
-        let bytes = |shape, keep: Keep| keep.bytes(shape, self.map_limit(shape, keep));
-        let of_arrays = self.arrays.iter();
-        let of_arrays = of_arrays.map(|&(array, shape)| bytes(shape, keep(array)));
-        of_arrays.sum::<u64>() + bytes((self.axes.n_times, self.axes.n_sites), Keep::Extreme)
+        let bytes = |(array, shape)| keep(array).bytes(shape, self.map_limit(array, shape));
+        self.mapped().map(bytes).sum()
     }
 
     /// Chooses tiles and blocks, whether the field streams through, and whether the intermediate

@@ -7,12 +7,14 @@ use std::ops::Range;
 
 use serde::Serialize;
 
+use super::arrays::keep;
+use super::axes::Axes;
 use super::dispersion::{self, DispersionCurve};
 use super::request::Request;
-use super::result::{Axes, Conventions};
+use super::result::Conventions;
 use super::{display, short_time};
 use crate::arrays::{LargeArray, Precision};
-use crate::diagnostics::{Bins, Keep, MAP_LIMIT, MapBuilder};
+use crate::diagnostics::{Bins, MAP_LIMIT};
 use crate::error::{Error, Result};
 use crate::field::{Axis, Field, Quantity};
 use crate::prepare::{Tiles, survey_bytes};
@@ -168,6 +170,9 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
     let mut request = request.clone();
     let flux_refused = request.results.flux_surrogate && !kinetic;
     request.results.flux_surrogate &= kinetic;
+    let arrays = LargeArray::OF_ANALYSES.into_iter();
+    let arrays = arrays.filter(|array| request.results.has(*array));
+    let arrays = arrays.map(|array| (array, axes.shape(array))).collect();
     let mut plan = Plan {
         flux_refused,
         times,
@@ -198,9 +203,8 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         memory_allowed,
         scratch_file: 0,
         stages: Vec::new(),
-        arrays: Vec::new(),
+        arrays,
     };
-    plan.list_arrays();
     plan.list_stages();
     plan.fit_into_memory(survey_bytes(field, n_sites), field.is_time_major())
         .map_err(|error| error.beside(loaded))?;
@@ -315,60 +319,36 @@ impl Plan {
         }
     }
 
-    /// Collects a map of an array of `shape`, where maps are wanted.
-    pub(super) fn map_builder(&self, shape: (usize, usize), keep: Keep) -> Option<MapBuilder> {
-        let limit = self.map_limit(shape, keep);
-        let is_wanted = self.request.maps;
-        is_wanted.then(|| MapBuilder::new(shape, limit, keep))
+    /// Arrays of which there are maps, with their shapes; none without figures.
+    pub(super) fn mapped(&self) -> impl Iterator<Item = (LargeArray, (usize, usize))> {
+        let samples = LargeArray::SAMPLES;
+        let arrays = self.arrays.iter().copied();
+        let all = arrays.chain([(samples, self.axes.shape(samples))]);
+        all.filter(|_| self.request.maps)
     }
 
-    fn map_limit(&self, shape: (usize, usize), keep: Keep) -> (usize, usize) {
+    pub(super) fn map_limit(&self, array: LargeArray, shape: (usize, usize)) -> (usize, usize) {
         match self.has_fine_maps {
-            true => keep.fine_limit(shape),
+            true => keep(array).fine_limit(shape),
             false => MAP_LIMIT,
         }
-    }
-
-    /// The large arrays that are wanted, with their shapes.
-    fn list_arrays(&mut self) {
-        let (axes, results) = (&self.axes, self.request.results);
-        let bins = [&axes.frequency, &axes.wavenumber, &axes.wavenumber_signed];
-        let [nf, nk, nks] = bins.map(Vec::len);
-        let (nt, flux) = (axes.n_times, LargeArray::KINETIC_FLUX_SURROGATE);
-        let all = [
-            (
-                results.temporal,
-                LargeArray::TEMPORAL_SPECTRUM,
-                (nf, axes.n_sites),
-            ),
-            (results.spatial, LargeArray::SPATIAL_SPECTRUM, (nt, nk)),
-            (results.spacetime, LargeArray::SPACETIME_SPECTRUM, (nf, nks)),
-            (results.flux_surrogate, flux, (nt, nk)),
-        ];
-        let wanted = all.into_iter().filter(|(is_wanted, ..)| *is_wanted);
-        self.arrays = wanted.map(|(_, array, shape)| (array, shape)).collect();
     }
 
     /// The transforms of each stage.
     fn list_stages(&mut self) {
         let (nt, nx) = (self.axes.n_times, self.axes.n_sites);
         let item = self.complex_bytes() / 2;
-        let bytes_of = |chosen: &[LargeArray]| {
-            let arrays = self
-                .arrays
-                .iter()
-                .filter(|(array, _)| chosen.contains(array));
+        let bytes_of = |chosen: LargeArray| {
+            let arrays = self.arrays.iter().filter(|(array, _)| *array == chosen);
             arrays
                 .map(|(_, (rows, columns))| (rows * columns) as u64 * item)
                 .sum::<u64>()
         };
         let field_bytes = 8 * (nt * nx) as u64;
         let between = self.between_rows() as u64 * nx as u64 * self.complex_bytes();
-        let temporal = bytes_of(&[LargeArray::TEMPORAL_SPECTRUM]);
-        let spatial = [
-            LargeArray::SPATIAL_SPECTRUM,
-            LargeArray::KINETIC_FLUX_SURROGATE,
-        ];
+        let temporal = bytes_of(LargeArray::TEMPORAL_SPECTRUM);
+        let spatial =
+            bytes_of(LargeArray::SPATIAL_SPECTRUM) + bytes_of(LargeArray::KINETIC_FLUX_SURROGATE);
         let spacetime = self.request.results.spacetime;
         let [time, space] = [self.conventions.padded_time, self.conventions.padded_space];
         let stage = |stage, transforms: usize, length, bytes: [u64; 2]| PlannedStage {
@@ -385,13 +365,11 @@ impl Plan {
             stages.push(stage("along time", records, time, bytes));
         }
         let is_made = usize::from(self.transforms_space());
-        let bytes = [field_bytes, bytes_of(&spatial)];
+        let bytes = [field_bytes, spatial];
         stages.push(stage("along space", is_made * nt, is_made * space, bytes));
         if spacetime {
-            let bytes = [
-                between,
-                bytes_of(&[LargeArray::SPACETIME_SPECTRUM]) + temporal,
-            ];
+            let written = bytes_of(LargeArray::SPACETIME_SPECTRUM) + temporal;
+            let bytes = [between, written];
             stages.push(stage("space-time", self.between_rows(), space, bytes));
         }
         self.stages = stages;

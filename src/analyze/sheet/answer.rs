@@ -3,7 +3,7 @@
 use super::super::{Analysis, Axes};
 use crate::measure::{Frequency, size};
 use crate::moved::{Answer, Fate, Front, Movement, Place, Reason, Verdict};
-use crate::sheet::{Fact, three_digits, with_half};
+use crate::sheet::{Fact, Units, three_digits, with_half};
 
 /// Difference of the shares by direction, as a part of both, up to which waves stand.
 const EVEN: f64 = 0.1;
@@ -88,7 +88,7 @@ impl<'a> Words<'a> {
     }
 
     pub fn frequency(&self, f: f64) -> String {
-        let unit = self.axes.frequency_unit();
+        let unit = self.axes.units().frequency;
         match size::<Frequency>(&unit).map(|size| f * size) {
             Some(hertz) if hertz >= 1e6 => of_unit(1e-6 * hertz, "MHz"),
             Some(hertz) if hertz >= 1e3 => of_unit(1e-3 * hertz, "kHz"),
@@ -100,7 +100,7 @@ impl<'a> Words<'a> {
     }
 
     pub fn wavenumber(&self, k: f64) -> String {
-        of_unit(k, &self.axes.wavenumber_unit())
+        of_unit(k, &self.axes.units().wavenumber)
     }
 
     /// `body 3`, `sites 4-7`.
@@ -305,7 +305,8 @@ impl<'a> Words<'a> {
         let untold = analysis.undirected;
         let untold = untold.map(|reason| format!("cannot be told: {}", reason.message()));
         let speed = self.answer.speed.map(|of| {
-            let unit = format!("{}/{}", self.axes.space_unit(), self.axes.time_unit());
+            let Units { space, time, .. } = self.axes.units();
+            let unit = format!("{space}/{time}");
             let sign = ['+', '-'][usize::from(of.value < 0.0)];
             let speed = with_half(of.value.abs(), of.error, &unit);
             format!("arrivals at {speed} towards {sign}x")

@@ -1,12 +1,10 @@
 //! The cumulative spectra that an answer rests on.
 
 use super::answer::{Words, both};
-use super::sides;
 use crate::analyze::Analysis;
+use crate::analyze::axes::{Axes, Side};
 use crate::moved::{Evidence, GroupSpectrum, Movement, Place, Verdict};
-use crate::sheet::{
-    BLUE, Chart, FigureLayout, Mark, PlotRow, Role, Series, VERMILLION, Weight, around,
-};
+use crate::sheet::{BLUE, Chart, FigureLayout, Mark, Series, VERMILLION, Weight, around};
 
 /// Groups drawn at most, beside those compared.
 const THIN: usize = 6;
@@ -32,30 +30,30 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<FigureLayout> {
         |place: &Place| words.time(place),
     );
     let along_x = answer.along_x.as_ref().map(|evidence| Curves {
+        axes,
         name: "moved-along-x",
         titles: [
             "Energy moved in frequency, along x",
             "Cumulative spectra C(f) along x",
         ],
         captions: [PROFILE_ALONG_X, MOVED_ALONG_X],
-        along: (sides::position(axes), Role::Position),
-        label: (sides::frequency(axes), Role::Frequency),
-        symbol: "f",
+        along: Side::Space,
+        label: Side::Frequency,
         evidence,
         of: f,
         marks: moved(f, both(f, |f| words.frequency(f))),
         name_of: &sites,
     });
     let in_time = answer.along_t.as_ref().map(|evidence| Curves {
+        axes,
         name: "moved-in-time",
         titles: [
             "Energy moved in wavenumber, in time",
             "Cumulative spectra C(k) in time",
         ],
         captions: [PROFILE_IN_TIME, MOVED_IN_TIME],
-        along: (sides::time(axes), Role::Time),
-        label: (sides::wavenumber(axes), Role::Wavenumber),
-        symbol: "k",
+        along: Side::Time,
+        label: Side::Wavenumber,
         evidence,
         of: k,
         marks: moved(k, both(k, |k| words.wavenumber(k))),
@@ -103,14 +101,13 @@ fn ends(evidence: &Evidence, of: &Movement) -> Option<[usize; 2]> {
 
 /// The moves along x or in time, and the spectra of the groups.
 struct Curves<'a> {
+    axes: &'a Axes,
     name: &'static str,
     /// Of the moves and of the spectra, as all pairs.
     titles: [&'static str; 2],
     captions: [&'static str; 2],
-    along: (String, Role),
-    label: (String, Role),
-    /// Of frequency or wavenumber.
-    symbol: &'static str,
+    along: Side,
+    label: Side,
     evidence: &'a Evidence,
     of: &'a Movement,
     marks: Vec<Mark>,
@@ -119,27 +116,17 @@ struct Curves<'a> {
 
 impl Curves<'_> {
     fn figure(self) -> FigureLayout {
-        FigureLayout {
-            name: self.name,
-            rows: vec![PlotRow::of([self.profile(), self.spectra()])],
-            is_on_page_only: true,
-            ..FigureLayout::default()
-        }
+        FigureLayout::on_page(self.name, [self.profile(), self.spectra()])
     }
 
-    fn chart(
-        &self,
-        n: usize,
-        (x_label, role): &(String, Role),
-        y: &str,
-        series: Vec<Series>,
-    ) -> Chart {
+    fn chart(&self, n: usize, side: Side, y: &str, series: Vec<Series>) -> Chart {
+        let x_label = side.label(self.axes);
         let chart = Chart::of(self.titles[n], x_label, y, series);
         let values = chart.series.iter().flat_map(|series| &series.points);
         Chart {
             caption: self.captions[n].into(),
             y: around(values.map(|point| point.1)),
-            roles: [Some(*role), None],
+            roles: [Some(side.role()), None],
             ..chart
         }
     }
@@ -163,7 +150,7 @@ impl Curves<'_> {
         let most = most.map(|(place, mark)| Mark::new(place.at, mark.label.clone()));
         Chart {
             marks: most.into_iter().collect(),
-            ..self.chart(0, &self.along, "share of energy moved", both)
+            ..self.chart(0, self.along, "share of energy moved", both)
         }
     }
 
@@ -201,7 +188,7 @@ impl Curves<'_> {
         let compared_curves = compared_curves
             .map(|(rank, &n)| curve(n, Weight::Bold, between(rank, 0, bold.len() - 1)));
         let series = others.chain(compared_curves).chain(self.gaps()).collect();
-        let label = format!("share of energy up to {}", self.symbol);
+        let label = format!("share of energy up to {}", self.label.role().words()[1]);
         let (log_x, [low, high], not_shown) = self.axis(&compared);
         Chart {
             log_x,
@@ -209,7 +196,7 @@ impl Curves<'_> {
             not_shown,
             is_cumulative: true,
             marks: self.marks.clone(),
-            ..self.chart(1, &self.label, &label, series)
+            ..self.chart(1, self.label, &label, series)
         }
     }
 

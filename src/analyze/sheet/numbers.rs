@@ -2,14 +2,15 @@
 
 use serde_json::{Value, json};
 
-use super::super::{Analysis, BandEdge};
+use super::super::{Analysis, Moments};
 use crate::estimates::NoiseFloor;
 use crate::moved::{Answer, Evidence, Move, Movement, Place};
 
 pub(super) fn of(analysis: &Analysis) -> Value {
     let (axes, conventions) = (&analysis.axes, &analysis.conventions);
-    let edge = |how: BandEdge| with(json!(how), "edge", how.value());
-    let (along_x, along_t) = (&analysis.along_space, &analysis.along_time);
+    let units = axes.units();
+    let edge = |of: &Moments| with(json!(of.edge), "edge", of.edge.value());
+    let [along_x, along_t] = [&analysis.along_space, &analysis.along_time].map(Option::as_ref);
     let front = analysis.front.as_ref();
     let front = front.map(|front| with(json!(front.headline), "length", front.length));
     json!({
@@ -27,8 +28,8 @@ pub(super) fn of(analysis: &Analysis) -> Value {
                 "time": axes.time.unit,
                 "space": axes.space.unit,
                 "value": analysis.unit,
-                "frequency": axes.frequency_unit(),
-                "wavenumber": axes.wavenumber_unit(),
+                "frequency": units.frequency,
+                "wavenumber": units.wavenumber,
             },
             "quantity": analysis.quantity,
         },
@@ -57,10 +58,10 @@ pub(super) fn of(analysis: &Analysis) -> Value {
         "parseval": analysis.parseval,
         "direction": analysis.direction,
         "low_high": {
-            "frequency": analysis.frequency_edge.map(edge),
-            "wavenumber": analysis.wavenumber_edge.map(edge),
-            "along_x": along_x.as_ref().map(|_| analysis.headline_space),
-            "along_t": along_t.as_ref().map(|_| analysis.headline_time),
+            "frequency": along_x.map(edge),
+            "wavenumber": along_t.map(edge),
+            "along_x": along_x.map(|of| of.headline),
+            "along_t": along_t.map(|of| of.headline),
             "front_passage": front,
         },
         "accuracy": analysis.accuracy,

@@ -4,11 +4,13 @@ use std::ops::Range;
 
 use ndarray::{Array2, ArrayView2, s};
 
-use super::sides::{self, Side};
+use super::sides;
+use crate::analyze::axes::Side;
 use crate::analyze::labels::Power;
-use crate::analyze::{Analysis, DispersionCurve, Extent, Map, MapAxis, Moments, Reduction};
-use crate::analyze::{ShortTimeSpectra, ShortTimeSpectrum};
-use crate::moved::{Answer, Movement};
+use crate::analyze::{
+    Analysis, DispersionCurve, Extent, Map, MapAxis, Moments, Reduction, ShortTimeSpectra,
+};
+use crate::arrays::LargeArray;
 use crate::sheet::{
     BLUE, Chart, FigureLayout, GREEN, Level, Mark, PURPLE, PlotRow, Series, VERMILLION, around,
     block_extremes, magnitudes, range, six_digits,
@@ -27,9 +29,7 @@ struct Kind {
     title: &'static str,
     /// What it shows, and what to look for.
     shows: &'static str,
-    map: fn(&Analysis) -> Option<&Map>,
-    /// Of x and of y.
-    sides: [Side; 2],
+    array: LargeArray,
 }
 
 /// In the order of reading.
@@ -39,33 +39,29 @@ const MAPS: [Kind; 5] = [
         title: "Field v(t, x)",
         shows: "The samples themselves. Slopes are speeds: a steeper band is slower. Look for the leading pulse, what it \
                 leaves behind, and reflections.",
-        map: |analysis| analysis.field_map.as_ref(),
-        sides: [Side::Space, Side::Time],
+        array: LargeArray::SAMPLES,
     },
     Kind {
-        name: SPACETIME,
+        name: "spacetime-spectrum",
         title: "Space-time spectrum S(k, f)",
         shows: "Energy by wavenumber and frequency: the right half travels towards +x, the left half towards −x. Ridges are \
                 dispersion curves, gaps are band gaps; in a chain with a cell of two sites, folding shows a few per cent of \
                 a one-way wave on the other side.",
-        map: |analysis| analysis.spacetime_map.as_ref(),
-        sides: [Side::SignedWavenumber, Side::Frequency],
+        array: LargeArray::SPACETIME_SPECTRUM,
     },
     Kind {
-        name: TEMPORAL,
+        name: "temporal-spectrum",
         title: "Temporal spectrum S(f, x)",
         shows: "Which frequencies each site sees. A cascade fills the top of the picture as x grows; the dashed line is the \
                 frequency past which energy moves.",
-        map: |analysis| analysis.temporal_map.as_ref(),
-        sides: [Side::Space, Side::Frequency],
+        array: LargeArray::TEMPORAL_SPECTRUM,
     },
     Kind {
         name: "spatial-spectrum",
         title: "Spatial spectrum S(k, t)",
         shows: "Which wavenumbers the field holds at each time. A cascade spreads to the right as time goes on; the dashed \
                 line is the wavenumber past which energy moves.",
-        map: |analysis| analysis.spatial_map.as_ref(),
-        sides: [Side::Wavenumber, Side::Time],
+        array: LargeArray::SPATIAL_SPECTRUM,
     },
     Kind {
         name: "flux-surrogate",
@@ -73,17 +69,12 @@ const MAPS: [Kind; 5] = [
         shows: "Rate at which kinetic energy leaves the wavenumbers up to k, from velocity alone: positive towards high k. It \
                 counts exchange with contact energy too, so read it as a surrogate and compare it with an exact budget \
                 where one can be had.",
-        map: |analysis| analysis.flux_map.as_ref(),
-        sides: [Side::Wavenumber, Side::Time],
+        array: LargeArray::KINETIC_FLUX_SURROGATE,
     },
 ];
 
-const SPACETIME: &str = "spacetime-spectrum";
-const TEMPORAL: &str = "temporal-spectrum";
-
 /// Those whose results are present.
 pub(super) fn figures(analysis: &Analysis) -> Vec<FigureLayout> {
-    let power = Power::of(analysis);
     let maps = MAPS.iter().filter_map(|kind| kind.figure(analysis));
     let in_time = analysis.short_time.as_ref().map(|spectra| Short {
         analysis,
@@ -94,7 +85,6 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<FigureLayout> {
         spectra,
         sides: [Side::Time, Side::Frequency],
         at: Side::Space,
-        label: power.over_frequency(),
     });
     let in_space = analysis.short_space.as_ref().map(|spectra| Short {
         analysis,
@@ -105,7 +95,6 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<FigureLayout> {
         spectra,
         sides: [Side::Space, Side::Wavenumber],
         at: Side::Time,
-        label: power.over_wavenumber(),
     });
     let short = in_time.into_iter().chain(in_space);
     let along_x = analysis.along_space.as_ref().map(|moments| Content {
@@ -114,10 +103,8 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<FigureLayout> {
         title: "Frequency content along x",
         caption: "Centroid, median and 90 % frequency of each site, and its energy, over the whole record.",
         moments,
-        along: analysis.axes.positions(),
         sides: [Side::Space, Side::Frequency],
         of_each: "site",
-        energy_label: power.of_site(),
     });
     let along_t = analysis.along_time.as_ref().map(|moments| Content {
         analysis,
@@ -126,47 +113,39 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<FigureLayout> {
         caption: "Centroid, median and 90 % wavenumber at each time, and the energy. A wall or the end of the record \
                   shows as a step.",
         moments,
-        along: analysis.axes.times(),
         sides: [Side::Time, Side::Wavenumber],
         of_each: "time",
-        energy_label: power.of_time(),
     });
     let content = along_x.into_iter().chain(along_t).map(Content::figure);
-    let direction = direction(analysis).filter(|_| analysis.spacetime_map.is_none());
-    let direction = direction.map(|chart| FigureLayout {
-        name: "direction",
-        rows: vec![PlotRow::of([chart])],
-        is_on_page_only: true,
-        ..FigureLayout::default()
-    });
+    let direction = direction(analysis);
+    let direction =
+        direction.filter(|_| !analysis.maps.contains_key(&LargeArray::SPACETIME_SPECTRUM));
+    let direction = direction.map(|chart| FigureLayout::on_page("direction", [chart]));
     maps.chain(short.filter_map(Short::figure))
         .chain(content)
         .chain(direction)
         .collect()
 }
 
-/// Past which frequency or wavenumber energy is told to move.
-fn past(analysis: &Analysis, of: fn(&Answer) -> &Movement) -> Option<f64> {
-    of(analysis.answer.as_ref()?).past()
-}
-
 impl Kind {
     fn figure(&self, analysis: &Analysis) -> Option<FigureLayout> {
-        let map = (self.map)(analysis)?;
-        let [x, y] = self.sides;
-        let is_spacetime = self.name == SPACETIME;
+        let map = analysis.maps.get(&self.array)?;
+        let [y, x] = Side::of(self.array);
+        let is_spacetime = self.array == LargeArray::SPACETIME_SPECTRUM;
+        // Past which frequency or wavenumber energy is told to move.
         let past = |side: Side| match side {
-            Side::Frequency => past(analysis, |a| &a.frequency),
-            Side::Wavenumber => past(analysis, |a| &a.wavenumber),
+            Side::Frequency => analysis.answer.as_ref()?.frequency.past(),
+            Side::Wavenumber => analysis.answer.as_ref()?.wavenumber.past(),
             _ => None,
         };
         let levels = past(y).filter(|_| !is_spacetime);
         let standing = is_spacetime.then(|| Mark::new(0.0, ""));
         let marks = past(x).map(|at| Mark::new(at, "verdict"));
-        let interval = analysis.interval.filter(|_| self.name == TEMPORAL);
+        let interval = analysis.interval;
+        let interval = interval.filter(|_| self.array == LargeArray::TEMPORAL_SPECTRUM);
         let chart = Chart {
             caption: self.shows.into(),
-            roles: self.sides.map(|side| Some(side.role())),
+            roles: [x, y].map(|side| Some(side.role())),
             second: sides::wavenumber_reading(&analysis.axes),
             marks: marks.into_iter().chain(standing).collect(),
             levels: levels
@@ -178,7 +157,7 @@ impl Kind {
                 false => Vec::new(),
             },
             interval: interval.and_then(|interval| interval.factors),
-            not_shown: sides::not_shown(analysis, &self.sides, true),
+            not_shown: sides::not_shown(analysis, &[x, y], true),
             ..Chart::of_map(map)
         };
         let interval = interval.map(|of| match (of.degrees_of_freedom, of.factors) {
@@ -244,7 +223,7 @@ fn direction(analysis: &Analysis) -> Option<Chart> {
 
 /// With x as the display limits have it.
 fn along(chart: Chart, analysis: &Analysis, side: Side) -> Chart {
-    let extent = side.extent(analysis);
+    let extent = analysis.display.part(side);
     Chart {
         x_label: side.label(&analysis.axes),
         x: extent.low..extent.high,
@@ -261,11 +240,9 @@ struct Content<'a> {
     title: &'static str,
     caption: &'static str,
     moments: &'a Moments,
-    along: Vec<f64>,
     /// What it is along, and of which content.
     sides: [Side; 2],
     of_each: &'static str,
-    energy_label: String,
 }
 
 impl Content<'_> {
@@ -283,12 +260,13 @@ impl Content<'_> {
     }
 
     fn curve(&self, label: &str, colour: usize, y: &[f64]) -> Series {
-        Series::of(label, colour, &self.along, y)
+        let along = self.sides[0].coordinates(&self.analysis.axes);
+        Series::of(label, colour, &along, y)
     }
 
     /// The part of values along x or t that is shown.
     fn shown<'v>(&self, values: &'v [f64]) -> &'v [f64] {
-        &values[self.sides[0].extent(self.analysis).bins.clone()]
+        &values[self.analysis.display.part(self.sides[0]).bins.clone()]
     }
 
     fn content(&self) -> Chart {
@@ -299,7 +277,7 @@ impl Content<'_> {
             ..
         } = self.moments;
         // A row of little energy beyond the display limits would stretch the axis.
-        let extent = self.sides[1].extent(self.analysis);
+        let extent = self.analysis.display.part(self.sides[1]);
         let half = 0.5 * (extent.high - extent.low) / (extent.bins.len() as f64 - 1.0).max(1.0);
         let limits = extent.low - half..=extent.high + half;
         let values = [centroid, median, quantile_90].map(|values| self.shown(values));
@@ -323,15 +301,16 @@ impl Content<'_> {
 
     /// On a logarithmic axis where they are far apart.
     fn energies(&self) -> Chart {
-        let energy = self.shown(&self.moments.energy);
+        let shown = self.shown(&self.moments.energy);
         let label = format!("energy of each {} (integral of its spectrum)", self.of_each);
         let curves = vec![self.curve(&label, PURPLE, &self.moments.energy)];
-        let chart = Chart::of("", "", self.energy_label.clone(), curves);
-        let most = energy.iter().copied().fold(0.0, f64::max);
-        let chart = match energy.iter().any(|energy| WIDE * energy < most) {
+        let energy = Power::of(self.analysis).energy(self.sides[1]);
+        let chart = Chart::of("", "", energy, curves);
+        let most = shown.iter().copied().fold(0.0, f64::max);
+        let chart = match shown.iter().any(|energy| WIDE * energy < most) {
             true => chart.logarithmic(),
             false => Chart {
-                y: around(energy.iter().copied()),
+                y: around(shown.iter().copied()),
                 ..chart
             },
         };
@@ -352,18 +331,13 @@ struct Short<'a> {
     sides: [Side; 2],
     /// What each spectrum is at.
     at: Side,
-    label: String,
 }
 
 impl Short<'_> {
     /// `None` where there is no spectrum to show.
     fn figure(self) -> Option<FigureLayout> {
-        let maps: Vec<Map> = self
-            .spectra
-            .spectra
-            .iter()
-            .map(|one| self.map(one))
-            .collect();
+        let each = self.spectra.values.outer_iter();
+        let maps: Vec<Map> = each.map(|one| self.map(one)).collect();
         let shared = magnitudes(maps.iter().map(Map::shown));
         let columns = match maps.len() {
             0 => return None,
@@ -377,8 +351,8 @@ impl Short<'_> {
             self.shows, spectra.segment, self.count, spectra.hop, spectra.window.name
         );
         let axes = &self.analysis.axes;
-        let charts = maps.iter().zip(&spectra.spectra).map(|(map, one)| Chart {
-            title: format!("{} = {}", self.at.label(axes), six_digits(one.at)),
+        let charts = maps.iter().zip(&spectra.at).map(|(map, at)| Chart {
+            title: format!("{} = {}", self.at.label(axes), six_digits(*at)),
             caption: caption.clone(),
             roles: self.sides.map(|side| Some(side.role())),
             second: sides::wavenumber_reading(axes),
@@ -395,12 +369,11 @@ impl Short<'_> {
     }
 
     /// A spectrum with the part of it that is shown.
-    fn map(&self, one: &ShortTimeSpectrum) -> Map {
-        let whole = [0..self.spectra.frames.len(), 0..self.spectra.bins.len()];
-        let part = [
-            within(&self.spectra.frames, self.sides[0].extent(self.analysis)),
-            within(&self.spectra.bins, self.sides[1].extent(self.analysis)),
-        ];
+    fn map(&self, one: ArrayView2<f64>) -> Map {
+        let centres = [&self.spectra.frames, &self.spectra.bins];
+        let whole = centres.map(|centres| 0..centres.len());
+        let part = |n: usize| within(centres[n], self.analysis.display.part(self.sides[n]));
+        let part = [0, 1].map(part);
         let detail = (part != whole).then(|| Box::new(self.part(one, part)));
         Map {
             detail,
@@ -408,8 +381,8 @@ impl Short<'_> {
         }
     }
 
-    fn part(&self, one: &ShortTimeSpectrum, [frames, bins]: [Range<usize>; 2]) -> Map {
-        let values = one.values.slice(s![bins.clone(), frames.clone()]);
+    fn part(&self, one: ArrayView2<f64>, [frames, bins]: [Range<usize>; 2]) -> Map {
+        let values = one.slice(s![bins.clone(), frames.clone()]);
         let axis = |side: Side, centres: &[f64]| {
             let ends = range(centres);
             MapAxis {
@@ -427,7 +400,7 @@ impl Short<'_> {
                 rows: values.nrows().div_ceil(cells.0).max(1),
                 columns: values.ncols().div_ceil(cells.1).max(1),
             },
-            label: self.label.clone(),
+            label: Power::of(self.analysis).density(&self.sides),
             ..Map::default()
         }
     }
@@ -436,12 +409,9 @@ impl Short<'_> {
     fn known(&self, values: ArrayView2<f64>) -> Array2<f32> {
         let error = self.analysis.sample_error.unwrap_or(0.0);
         let least = error * error * self.spectra.largest();
-        let known = |value: f64| {
-            if value >= least {
-                value as f32
-            } else {
-                f32::NAN
-            }
+        let known = |value: f64| match value >= least {
+            true => value as f32,
+            false => f32::NAN,
         };
         block_extremes(values, SHORT_LIMIT).mapv(known)
     }

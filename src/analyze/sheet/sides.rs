@@ -1,10 +1,10 @@
-//! Names of what figures show, with units; those of axes are the analysis' own.
+//! What figures show of axes, and what they leave out.
 
 use std::f64::consts::PI;
 
-pub(super) use crate::analyze::labels::{frequency, position, time, wavenumber};
-use crate::analyze::{Analysis, Axes, Extent};
-use crate::sheet::{Role, three_digits};
+use crate::analyze::axes::Side;
+use crate::analyze::{Analysis, Axes};
+use crate::sheet::three_digits;
 
 /// The second reading of a wavenumber axis: `k a / π` with the site spacing a.
 pub(super) fn wavenumber_reading(axes: &Axes) -> Option<(String, f64)> {
@@ -12,58 +12,12 @@ pub(super) fn wavenumber_reading(axes: &Axes) -> Option<(String, f64)> {
     (factor.is_finite() && factor > 0.0).then(|| ("k a / π  (a: site spacing)".into(), factor))
 }
 
-/// An axis of a figure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Side {
-    Time,
-    Space,
-    Frequency,
-    Wavenumber,
-    /// Of both signs.
-    SignedWavenumber,
-}
-
-impl Side {
-    /// What figures show of this axis.
-    pub fn extent(self, analysis: &Analysis) -> &Extent {
-        let display = &analysis.display;
-        match self {
-            Side::Time => &display.time,
-            Side::Space => &display.space,
-            Side::Frequency => &display.frequency,
-            Side::Wavenumber => &display.wavenumber,
-            Side::SignedWavenumber => &display.wavenumber_signed,
-        }
-    }
-
-    pub fn label(self, axes: &Axes) -> String {
-        match self {
-            Side::Time => time(axes),
-            Side::Space => position(axes),
-            Side::Frequency => frequency(axes),
-            Side::Wavenumber | Side::SignedWavenumber => wavenumber(axes),
-        }
-    }
-
-    pub fn role(self) -> Role {
-        match self {
-            Side::Time => Role::Time,
-            Side::Space => Role::Position,
-            Side::Frequency => Role::Frequency,
-            Side::Wavenumber | Side::SignedWavenumber => Role::Wavenumber,
-        }
-    }
-
-    /// The words before a lower and an upper limit, and the unit.
-    fn words(self, axes: &Axes) -> ([&'static str; 2], String) {
-        match self {
-            Side::Time => (["before", "after"], axes.time_unit().to_owned()),
-            Side::Space => (["before", "beyond"], axes.space_unit().to_owned()),
-            Side::Frequency => (["below", "above"], axes.frequency_unit()),
-            Side::Wavenumber | Side::SignedWavenumber => {
-                (["below", "above"], axes.wavenumber_unit())
-            }
-        }
+/// The words before a lower and an upper limit.
+fn words(side: Side) -> [&'static str; 2] {
+    match side {
+        Side::Time => ["before", "after"],
+        Side::Space => ["before", "beyond"],
+        _ => ["below", "above"],
     }
 }
 
@@ -72,8 +26,8 @@ impl Side {
 pub(super) fn not_shown(analysis: &Analysis, sides: &[Side], shares: bool) -> Option<String> {
     let mut parts = Vec::new();
     for &side in sides {
-        let extent = side.extent(analysis);
-        let ([before, after], unit) = side.words(&analysis.axes);
+        let extent = analysis.display.part(side);
+        let ([before, after], unit) = (words(side), side.unit(&analysis.axes));
         let digits = |limit: f64| three_digits(limit).replace('-', "−");
         let mut add = |share: f64, words: &str, limit: f64| {
             let limit = match &*unit {

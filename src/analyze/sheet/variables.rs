@@ -1,36 +1,34 @@
 //! The arrays of an analysis but for the large ones, under the names of the manual.
 
-use super::super::labels::{self, Power};
-use super::super::{Analysis, Moments, ShortTimeSpectra};
+use super::super::axes::Side;
+use super::super::labels::Power;
+use super::super::{Analysis, Moments};
 use crate::sheet::Sheet;
 use crate::unit;
 
 pub(super) fn add<'a>(analysis: &'a Analysis, sheet: &mut Sheet<'a>) {
     let axes = &analysis.axes;
-    // Empty for a step without one.
-    let time_label = labels::time(axes);
-    let (time, space) = (
-        unit::split(&time_label).1,
-        axes.space.unit.as_deref().unwrap_or_default(),
-    );
-    let (f, k) = (&*axes.frequency_unit(), &*axes.wavenumber_unit());
-    sheet.line("time", "time", time, axes.times());
-    sheet.line("position", "position", space, axes.positions());
-    sheet.line("frequency", "frequency", f, &axes.frequency);
-    sheet.line("wavenumber", "wavenumber", k, &axes.wavenumber);
-    let signed = "wavenumber_signed";
-    sheet.line(signed, signed, k, &axes.wavenumber_signed);
-    let power = Power::of(analysis);
-    if let Some(moments) = &analysis.along_space {
-        let units = [f, &power.of_site()];
-        measures(sheet, ["frequency", "position"], units, moments);
+    let unit_of = |side: Side| side.array_unit(axes);
+    for side in Side::ALL {
+        let values = side.coordinates(axes);
+        sheet.line(side.name(), side.name(), &unit_of(side), values);
     }
-    if let Some(moments) = &analysis.along_time {
-        let units = [k, &power.of_time()];
-        measures(sheet, ["wavenumber", "time"], units, moments);
+    for (moments, sides) in [
+        (&analysis.along_space, [Side::Frequency, Side::Space]),
+        (&analysis.along_time, [Side::Wavenumber, Side::Time]),
+    ] {
+        if let Some(moments) = moments {
+            let energy = Power::of(analysis).energy(sides[0]);
+            measures(sheet, sides, [&unit_of(sides[0]), &energy], moments);
+        }
     }
     if let Some(front) = &analysis.front {
-        sheet.line("front_arrival", "position", time, &front.arrival);
+        sheet.line(
+            "front_arrival",
+            "position",
+            &unit_of(Side::Time),
+            &front.arrival,
+        );
         let low: Vec<f64> = front.high_share.iter().map(|high| 1.0 - high).collect();
         sheet.line("low_frequency_share_front", "position", "1", low);
         let high = "high_frequency_share_front";
@@ -43,7 +41,8 @@ pub(super) fn add<'a>(analysis: &'a Analysis, sheet: &mut Sheet<'a>) {
     if let [first, ..] = &analysis.dispersion[..] {
         // The dispersion curves share their wavenumbers.
         let along = "dispersion_wavenumber";
-        sheet.line(along, along, k, &first.wavenumber);
+        let [f, k] = [Side::Frequency, Side::Wavenumber].map(unit_of);
+        sheet.line(along, along, &k, &first.wavenumber);
         let branches = analysis.dispersion.iter().flat_map(|curve| &curve.branches);
         let count = branches.clone().count();
         let dimensions = [
@@ -51,28 +50,37 @@ pub(super) fn add<'a>(analysis: &'a Analysis, sheet: &mut Sheet<'a>) {
             (along, first.wavenumber.len()),
         ];
         let values: Vec<f64> = branches.flatten().copied().collect();
-        sheet.variable("dispersion_frequency", &dimensions, f, values);
+        sheet.variable("dispersion_frequency", &dimensions, &f, values);
     }
-    let [time, space] = [("time", time), ("position", space)];
-    if let Some(spectra) = &analysis.short_time {
-        let label = power.over_frequency();
-        let names = [space, ("frequency", f), time];
-        short(sheet, "short_time", names, &label, spectra);
-    }
-    if let Some(spectra) = &analysis.short_space {
-        let label = power.over_wavenumber();
-        let names = [time, ("wavenumber", k), space];
-        short(sheet, "short_space", names, &label, spectra);
+    for (name, spectra, sides) in [
+        (
+            "short_time",
+            &analysis.short_time,
+            [Side::Space, Side::Frequency, Side::Time],
+        ),
+        (
+            "short_space",
+            &analysis.short_space,
+            [Side::Time, Side::Wavenumber, Side::Space],
+        ),
+    ] {
+        let Some(spectra) = spectra else { continue };
+        let places = [&spectra.at, &spectra.bins, &spectra.frames];
+        let names = sides.map(|side| format!("{name}_{}", side.name()));
+        let dimensions = [0, 1, 2].map(|n| (&*names[n], places[n].len()));
+        let label = Power::of(analysis).density(&sides);
+        let values = spectra.values.as_slice().expect("whole");
+        let name = format!("{name}_spectrum");
+        sheet.variable(&name, &dimensions, unit::split(&label).1, values);
+        for n in [1, 2, 0] {
+            sheet.line(&names[n], &names[n], &unit_of(sides[n]), places[n]);
+        }
     }
 }
 
 /// Measures over bins `what` of each row along an axis; the unit of bins, and the label of energies.
-fn measures<'a>(
-    sheet: &mut Sheet<'a>,
-    [what, axis]: [&str; 2],
-    [bin, energy]: [&str; 2],
-    m: &'a Moments,
-) {
+fn measures<'a>(sheet: &mut Sheet<'a>, sides: [Side; 2], [bin, energy]: [&str; 2], m: &'a Moments) {
+    let [what, axis] = sides.map(Side::name);
     let of = |ending: &str| format!("{what}_{ending}");
     for (name, unit, values) in [
         (of("centroid"), bin, &m.centroid),
@@ -89,28 +97,4 @@ fn measures<'a>(
     ] {
         sheet.line(&name, axis, unit, values);
     }
-}
-
-/// Short-time spectra `name`, whose axes have these names and units.
-fn short<'a>(
-    sheet: &mut Sheet<'a>,
-    name: &str,
-    axes: [(&str, &str); 3],
-    label: &str,
-    spectra: &'a ShortTimeSpectra,
-) {
-    let each = spectra.spectra.iter();
-    let places: Vec<f64> = each.clone().map(|one| one.at).collect();
-    let values: Vec<f64> = each.flat_map(|one| one.values.iter().copied()).collect();
-    let [place, bin, frame] = axes.map(|(axis, unit)| (format!("{name}_{axis}"), unit));
-    let dimensions = [
-        (&*place.0, places.len()),
-        (&*bin.0, spectra.bins.len()),
-        (&*frame.0, spectra.frames.len()),
-    ];
-    let name = format!("{name}_spectrum");
-    sheet.variable(&name, &dimensions, unit::split(label).1, values);
-    sheet.line(&bin.0, &bin.0, bin.1, &spectra.bins);
-    sheet.line(&frame.0, &frame.0, frame.1, &spectra.frames);
-    sheet.line(&place.0, &place.0, place.1, places);
 }

@@ -94,7 +94,8 @@ impl Independence {
 
 /// Share of the effective realisations that count, of records whose parts hold unequal energies: the steadiness, but for what it is less
 /// than 1 by chance. The energy of one of 16 parts of M samples of Gaussian noise has the relative variance
-/// `sum S^2 / (sum S)^2 L / M`, with its spectrum S of segments of L samples; that is taken to be 1 at most.
+/// `v = sum S^2 / (sum S)^2 L / M`, with its spectrum S of segments of L samples, taken to be 1 at most; that of 16 of them
+/// is found to be v with the deviation `v sqrt(2 / 15)`, twice which is allowed.
 pub(crate) fn share_that_counts(
     steadiness: f64,
     samples: usize,
@@ -104,7 +105,8 @@ pub(crate) fn share_that_counts(
     let [all, squares] = spectrum.filter(|s| *s > 0.0).fold([0.0; 2], add);
     let part = (samples / PARTS).max(1);
     let by_chance = squares / (all * all) * length as f64 / part as f64;
-    (steadiness * (1.0 + by_chance.min(1.0))).min(1.0)
+    let most = by_chance.min(1.0) * (1.0 + 2.0 * (2.0 / (PARTS - 1) as f64).sqrt());
+    (steadiness * (1.0 + most)).min(1.0)
 }
 
 /// The same of a record with zeros for the `missing` samples, in ascending order: parts count by the samples they

@@ -18,7 +18,8 @@ pub struct SpectrumInterval {
     pub effective_segments: f64,
     /// Probability with which the true spectrum is outside of the interval.
     pub alpha: f64,
-    /// Twice the number of independent segments; `None` of a transient, which is one realisation.
+    /// Twice the number of independent segments, those that count of a record that is not steady; `None` of a transient, which is one
+    /// realisation.
     pub degrees_of_freedom: Option<f64>,
     /// What a value is multiplied by for the ends of its interval.
     pub factors: Option<[f64; 2]>,

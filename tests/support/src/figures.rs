@@ -43,7 +43,7 @@ pub fn full() -> Analysis {
     ]
     .map(|(found, advice)| Warning::new(found, advice))
     .into();
-    for map in maps(&mut analysis).into_iter().flatten() {
+    for map in analysis.maps.values_mut() {
         let (rows, columns) = map.values.dim();
         let block = ndarray::s![
             rows * 7 / 10..rows * 8 / 10,
@@ -80,7 +80,7 @@ pub fn degenerate() -> Vec<(&'static str, Analysis)> {
     ];
     for (name, value) in [("undefined", f32::NAN), ("infinite", f32::INFINITY)] {
         let mut analysis = of(12, 9, 1.0);
-        for map in maps(&mut analysis).into_iter().flatten() {
+        for map in analysis.maps.values_mut() {
             map.values.fill(value);
             map.x.low = f64::from(value);
         }
@@ -89,22 +89,21 @@ pub fn degenerate() -> Vec<(&'static str, Analysis)> {
     cases
 }
 
-fn maps(analysis: &mut Analysis) -> [Option<&mut Map>; 5] {
-    [
-        analysis.field_map.as_mut(),
-        analysis.temporal_map.as_mut(),
-        analysis.spatial_map.as_mut(),
-        analysis.spacetime_map.as_mut(),
-        analysis.flux_map.as_mut(),
-    ]
-}
-
 /// Everything, with short-time spectra at these times.
 fn request(times: &[f64]) -> Request {
+    let whole = ShowAxis::Interval {
+        low: f64::NEG_INFINITY,
+        high: f64::INFINITY,
+    };
     let mut request = Request {
         window_time: Window::Hann,
         window_space: Window::Hann,
-        show: Show::WHOLE,
+        show: Show {
+            frequency: whole,
+            wavenumber: whole,
+            time: whole,
+            space: whole,
+        },
         ..Request::default()
     };
     request.short_time.times = times.to_vec();
