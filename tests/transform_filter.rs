@@ -71,11 +71,8 @@ fn directions_add_up_to_the_field() {
         let values = 0.1 * noise(shape.0, shape.1);
         let mut sum = Array2::<f64>::zeros(shape);
         let mut energy = 0.0;
-        for travelling in [
-            Travelling::TowardPlusX,
-            Travelling::TowardMinusX,
-            Travelling::Nowhere,
-        ] {
+        use Travelling::{Nowhere, TowardMinusX, TowardPlusX};
+        for travelling in [TowardPlusX, TowardMinusX, Nowhere] {
             let band = changed(Passband::default(), |it| it.travelling = travelling);
             let part = filtered(&values, &band);
             energy += part.iter().map(|v| v * v).sum::<f64>();

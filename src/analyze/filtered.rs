@@ -54,8 +54,8 @@ pub fn filtered(
     let twice = if pad { 2 } else { 1 };
     let shape = (twice * times, twice * sites);
     let allowed = memory.unwrap_or_else(available_memory);
-    let blocks = Blocks::fit(shape, sites, allowed)?;
-    let (samples, energies) = by_blocks(field, band, shape, &blocks, observer)?;
+    let blocks = blocks(shape, sites, allowed)?;
+    let (samples, energies) = by_blocks(field, band, shape, blocks, observer)?;
     let mut found = Field::of_storage(samples, (times, sites));
     found.time = field.time.clone();
     found.space = field.space.clone();
@@ -71,42 +71,26 @@ pub fn filtered(
     })
 }
 
-/// How much is in memory at once.
-struct Blocks {
-    /// Sites of which all times, and frequencies of which all sites.
-    width: usize,
-    rows: usize,
-    /// Whether the whole spectrum is.
-    is_whole: bool,
-}
+/// How much is in memory at once: sites of which all times, frequencies of which all sites; and whether the whole spectrum is.
+type Blocks = (usize, usize, bool);
 
-impl Blocks {
-    fn fit(shape: (usize, usize), sites: usize, allowed: u64) -> Result<Blocks> {
-        let bins = shape.0 / 2 + 1;
-        if bytes_at_once(shape, sites) <= allowed {
-            return Ok(Blocks {
-                width: sites,
-                rows: bins,
-                is_whole: true,
-            });
-        }
-        // A record and its spectrum, and a row of the spectrum.
-        let [record, spectrum, row] = [8 * shape.0, 16 * bins, 16 * shape.1].map(|n| n as u64);
-        let fixed = working_bytes(shape) + READ_BYTES as u64 + record;
-        let together = TOGETHER as u64;
-        let needed = fixed + together * spectrum + row.max(together * record);
-        Error::beyond_memory("the transform of eight records", needed, allowed)?;
-        let free = allowed - fixed;
-        let width = (free / (record + spectrum)).min((free - row) / spectrum);
-        let width = width as usize / TOGETHER * TOGETHER;
-        let width = width.clamp(TOGETHER, sites.max(TOGETHER));
-        let rows = (free - width as u64 * spectrum) / row;
-        Ok(Blocks {
-            width,
-            rows: rows.clamp(1, bins as u64) as usize,
-            is_whole: false,
-        })
+fn blocks(shape: (usize, usize), sites: usize, allowed: u64) -> Result<Blocks> {
+    let bins = shape.0 / 2 + 1;
+    if bytes_at_once(shape, sites) <= allowed {
+        return Ok((sites, bins, true));
     }
+    // A record and its spectrum, and a row of the spectrum.
+    let [record, spectrum, row] = [8 * shape.0, 16 * bins, 16 * shape.1].map(|n| n as u64);
+    let fixed = working_bytes(shape) + READ_BYTES as u64 + record;
+    let together = TOGETHER as u64;
+    let needed = fixed + together * spectrum + row.max(together * record);
+    Error::beyond_memory("the transform of eight records", needed, allowed)?;
+    let free = allowed - fixed;
+    let width = (free / (record + spectrum)).min((free - row) / spectrum);
+    let width = width as usize / TOGETHER * TOGETHER;
+    let width = width.clamp(TOGETHER, sites.max(TOGETHER));
+    let rows = (free - width as u64 * spectrum) / row;
+    Ok((width, rows.clamp(1, bins as u64) as usize, false))
 }
 
 /// Samples, their spectrum, and scratch of each thread.
@@ -128,20 +112,18 @@ fn by_blocks(
     field: &Field,
     band: &Passband,
     shape: (usize, usize),
-    blocks: &Blocks,
+    (width, rows_at_once, is_whole): Blocks,
     observer: &dyn Observer,
 ) -> Result<(Storage, [Vec<f64>; 2])> {
     let (times, sites) = (field.n_times(), field.n_sites());
-    let (bins, width) = (shape.0 / 2 + 1, blocks.width.min(sites));
+    let (bins, width) = (shape.0 / 2 + 1, width.min(sites));
     let stripes = || pieces(sites, width);
     let plan = space_time_filter(shape);
-    let file = match blocks.is_whole {
-        true => None,
-        false => Some(SpillFile::<f64>::new((bins, sites), width)?),
-    };
+    let file = (!is_whole).then(|| SpillFile::<f64>::new((bins, sites), width));
+    let file = file.transpose()?;
     // The whole spectrum, or a stripe of it.
-    let mut rows = zeros(if blocks.is_whole { bins * shape.1 } else { 0 })?;
-    let mut stripe = zeros(if blocks.is_whole { 0 } else { bins * width })?;
+    let mut rows = zeros(if is_whole { bins * shape.1 } else { 0 })?;
+    let mut stripe = zeros(if is_whole { 0 } else { bins * width })?;
 
     observer.stage("reading", sites as u64);
     let mut records = zeros(shape.0 * width)?;
@@ -176,9 +158,9 @@ fn by_blocks(
 
     observer.stage("filtering", bins as u64);
     if file.is_some() {
-        rows = zeros(blocks.rows * shape.1)?;
+        rows = zeros(rows_at_once * shape.1)?;
     }
-    for of in pieces(bins, blocks.rows) {
+    for of in pieces(bins, rows_at_once) {
         observer.go_on()?;
         let mut rows = of_shape(&mut rows, (of.len(), shape.1));
         if let Some(file) = &file {
@@ -207,10 +189,8 @@ fn by_blocks(
     }
 
     observer.stage("transforming back", sites as u64);
-    let out = match &file {
-        None => None,
-        Some(_) => Some(ScratchFile::new(8 * times as u64 * sites as u64)?),
-    };
+    let out = (!is_whole).then(|| ScratchFile::new(8 * times as u64 * sites as u64));
+    let out = out.transpose()?;
     let mut records = zeros(shape.0 * width)?;
     let mut after = Vec::with_capacity(sites);
     for of in stripes() {

@@ -10,6 +10,9 @@ use super::map::{Keep, MAP_LIMIT, Part, PowerOfTen, block_size};
 use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 use crate::sheet::{Map, MapAxis, Reduction};
 
+/// Label of an axis, its first coordinate, and the step.
+type Side<'a> = (&'a str, f64, f64);
+
 /// Collects blocks of a `(rows, columns)` array into at most `limit` cells a side.
 ///
 /// Largest values do not depend on the order in which blocks come; extremes of equal magnitude
@@ -30,13 +33,9 @@ impl MapBuilder {
     /// Keeps as `keep` has it.
     pub fn new(shape: (usize, usize), limit: (usize, usize), keep: Keep) -> Self {
         let (rows, columns) = block_size(shape, limit);
-        let cells = [
-            shape.0.div_ceil(rows),
-            keep.numbers(),
-            shape.1.div_ceil(columns),
-        ];
+        let (down, along) = (shape.0.div_ceil(rows), shape.1.div_ceil(columns));
         MapBuilder {
-            cells: Array3::from_elem(cells, f64::NEG_INFINITY),
+            cells: Array3::from_elem((down, keep.numbers(), along), f64::NEG_INFINITY),
             rows,
             columns,
             first: (0, 0),
@@ -51,13 +50,8 @@ impl MapBuilder {
     }
 
     /// The largest values of a block times each sign go to the number beside it of the cells.
-    fn collect(
-        &mut self,
-        numbers: &[(usize, f64)],
-        (row, column): (usize, usize),
-        block: ArrayView2<f64>,
-    ) {
-        let (height, width) = (self.rows, self.columns);
+    fn collect(&mut self, numbers: &[(usize, f64)], at: (usize, usize), block: ArrayView2<f64>) {
+        let ((row, column), height, width) = (at, self.rows, self.columns);
         let end = row + block.nrows();
         let (first, last) = (row / height, end.div_ceil(height));
         let mut cells = self.cells.slice_mut(s![first..last, .., ..]);
@@ -127,22 +121,14 @@ impl MapBuilder {
     ///
     /// Cells are shown in single precision; where their size leaves its range, in units of a power
     /// of ten that the label states.
-    pub fn finish(
-        self,
-        part: Option<&Part>,
-        label: String,
-        y: (&str, f64, f64),
-        x: (&str, f64, f64),
-    ) -> Map {
+    pub fn finish(self, part: Option<&Part>, label: String, y: Side, x: Side) -> Map {
         let (rows, _, columns) = self.cells.dim();
         let whole = (0..rows * self.rows, 0..columns * self.columns);
         let overview = self.reduced(&whole, MAP_LIMIT);
         let detail = part.map(|part| self.reduced(part, MAP_LIMIT));
         // Cells of the overview beyond the part count, too: it may hold all of them.
-        let detail = detail.filter(|part| {
-            (part.rows, part.columns) != (overview.rows, overview.columns)
-                || part.cells.dim() != overview.cells.dim()
-        });
+        let size = |map: &MapBuilder| (map.rows, map.columns, map.cells.dim());
+        let detail = detail.filter(|part| size(part) != size(&overview));
         let sizes = overview.cells.iter().filter(|v| !v.is_infinite());
         let unit = PowerOfTen::of(sizes.fold(0.0, |largest, v| v.abs().max(largest)));
         let label = unit.label(label);
@@ -153,8 +139,8 @@ impl MapBuilder {
     }
 
     /// The cells as they are, in this unit.
-    fn map(&self, unit: PowerOfTen, label: &str, y: (&str, f64, f64), x: (&str, f64, f64)) -> Map {
-        let axis = |(label, origin, step): (&str, f64, f64), first: usize, length: usize| MapAxis {
+    fn map(&self, unit: PowerOfTen, label: &str, y: Side, x: Side) -> Map {
+        let axis = |(label, origin, step): Side, first: usize, length: usize| MapAxis {
             label: label.to_owned(),
             low: origin + (first as f64 - 0.5) * step,
             high: origin + ((first + length) as f64 - 0.5) * step,

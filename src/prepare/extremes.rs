@@ -76,7 +76,7 @@ impl Extremes {
             largest,
             constant,
             clipped_run: usize::from(!constant),
-            ..ChannelScan::NOTHING
+            ..ChannelScan::default()
         })
     }
 }

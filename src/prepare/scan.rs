@@ -10,8 +10,8 @@ pub(crate) struct Gap {
     pub value: f64,
 }
 
-/// What one record holds.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What one record holds; by default one that is left out.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct ChannelScan {
     /// Largest finite magnitude.
     pub largest: f64,
@@ -25,15 +25,6 @@ pub(crate) struct ChannelScan {
 }
 
 impl ChannelScan {
-    /// Of a record that is left out.
-    pub const NOTHING: ChannelScan = ChannelScan {
-        largest: 0.0,
-        gaps: 0,
-        first_gap: None,
-        constant: false,
-        clipped_run: 0,
-    };
-
     pub fn of(record: &[f64]) -> ChannelScan {
         let (mut low, mut high, mut gaps) = (f64::INFINITY, f64::NEG_INFINITY, 0);
         for &v in record {

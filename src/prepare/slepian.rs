@@ -71,16 +71,12 @@ fn sequence(n: usize, nw: f64, k: usize) -> Slepian {
 
 /// The sign that makes a symmetric sequence sum, or an antisymmetric one begin, above 0.
 fn sign(samples: &[f64], norm: f64, odd: bool) -> f64 {
-    let deciding = if odd {
-        let noise = norm * (1.0 / samples.len() as f64).max(1e-7).sqrt();
-        samples.iter().copied().find(|v| v.abs() > noise)
-    } else {
-        Some(samples.iter().sum())
+    let noise = norm * (1.0 / samples.len() as f64).max(1e-7).sqrt();
+    let deciding: f64 = match odd {
+        true => *samples.iter().find(|v| v.abs() > noise).unwrap_or(&0.0),
+        false => samples.iter().sum(),
     };
-    match deciding {
-        Some(v) if v < 0.0 => -1.0,
-        _ => 1.0,
-    }
+    if deciding < 0.0 { -1.0 } else { 1.0 }
 }
 
 /// The eigenvalue of the band matrix, from its row where the sequence is largest.

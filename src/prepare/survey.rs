@@ -41,7 +41,7 @@ impl Prepared<'_> {
             false => vec![None; self.n_sites()],
         };
         for (scan, _) in scans.iter_mut().zip(&self.left_out).filter(|of| *of.1) {
-            *scan = Some(ChannelScan::NOTHING);
+            *scan = Some(ChannelScan::default());
         }
         let is_open = |j: usize| scans[j].is_none();
         if (0..self.n_sites()).any(is_open) {

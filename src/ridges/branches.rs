@@ -161,10 +161,8 @@ mod tests {
             cut,
             at,
             error: 0.01,
-            power: 1.0,
-            height: 0.0,
-            noise: 0.0,
             width: 1.4,
+            ..Peak::default()
         }
     }
 

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use num_complex::Complex;
+
 use crate::numeric::{dot, find_root, parabola};
 use crate::prepare::Window;
 
@@ -97,13 +99,9 @@ impl Lobe {
 
 fn transform(samples: &[f64], bins: f64) -> f64 {
     let step = TAU * bins / samples.len() as f64;
-    let (mut re, mut im) = (0.0, 0.0);
-    for (j, w) in samples.iter().enumerate() {
-        let (sine, cosine) = (step * j as f64).sin_cos();
-        re += w * cosine;
-        im += w * sine;
-    }
-    re * re + im * im
+    let term = |(j, w): (usize, &f64)| Complex::from_polar(*w, step * j as f64);
+    let sum: Complex<f64> = samples.iter().enumerate().map(term).sum();
+    sum.norm_sqr()
 }
 
 #[cfg(test)]

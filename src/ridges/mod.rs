@@ -27,6 +27,7 @@ use crate::estimates::realisations::{
 };
 use crate::estimates::{Averaging, Independence, Tapers, check_significance, first_of};
 use crate::field::Field;
+use crate::numeric::pieces;
 use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Window};
 use crate::system::check_memory;
@@ -313,11 +314,9 @@ pub fn ridges(
     }
     let number = [fields.len(), segments.count(), 1];
     in_pool(request.threads, || {
-        let steadiness = fields.iter().map(|field| {
-            let starts = (0..field.n_sites()).step_by(TOGETHER);
-            let blocks = starts.map(|from| from..field.n_sites().min(from + TOGETHER));
-            steadiness_of_field(field, blocks, FILLED)
-        });
+        let steadiness = fields
+            .iter()
+            .map(|field| steadiness_of_field(field, pieces(field.n_sites(), TOGETHER), FILLED));
         let steadiness = steadiness.sum::<f64>() / fields.len() as f64;
         let independence = Independence::new(number, effective, steadiness, segments.record);
         search(request, analysis, &power, (independence, segments.record))

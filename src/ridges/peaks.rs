@@ -21,7 +21,7 @@ const MOST: usize = 24;
 const BROAD: f64 = 1.4;
 
 /// A peak of a cut through `S(k, f)`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Peak {
     /// Index of the cut.
     pub cut: usize,
@@ -184,20 +184,19 @@ impl Cuts<'_> {
     fn peak(&self, cut: usize, powers: ArrayView1<'_, f64>, i: usize, noise: f64) -> Peak {
         let half = 0.5 * powers[i];
         // From the top outwards to half of its power.
-        let side = |step: isize| -> (usize, f64) {
-            let mut j = i;
-            loop {
-                let Some(next) = j.checked_add_signed(step).filter(|j| *j < powers.len()) else {
-                    return (j, i.abs_diff(j) as f64 + 0.5);
-                };
+        let side = |outwards: &mut dyn Iterator<Item = usize>| -> (usize, f64) {
+            let (mut j, mut share) = (i, 0.5);
+            for next in outwards {
                 if powers[next] < half {
-                    let share = (powers[j] - half) / (powers[j] - powers[next]);
-                    return (j, i.abs_diff(j) as f64 + share);
+                    share = (powers[j] - half) / (powers[j] - powers[next]);
+                    break;
                 }
                 j = next;
             }
+            (j, i.abs_diff(j) as f64 + share)
         };
-        let ((first, below), (last, above)) = (side(-1), side(1));
+        let (first, below) = side(&mut (0..i).rev());
+        let (last, above) = side(&mut (i + 1..powers.len()));
         let width = below + above;
         let three = [powers[i - 1], powers[i], powers[i + 1]];
         let (one, k) = (self.along, self.realisations);

@@ -43,13 +43,11 @@ impl Passband {
     /// # Errors
     /// [`Error::Request`] names the band that does not.
     pub fn check(&self) -> Result<()> {
-        for (option, band) in [
-            ("frequency", self.frequency),
-            ("wavenumber", self.wavenumber),
-            ("speed", self.speed),
-        ] {
-            let Some((from, to)) = band else { continue };
-            if !(0.0 <= from && from <= to) {
+        let options = ["frequency", "wavenumber", "speed"].into_iter();
+        for (option, band) in options.zip([self.frequency, self.wavenumber, self.speed]) {
+            if let Some((from, to)) = band
+                && !(0.0 <= from && from <= to)
+            {
                 let found = format!("{from} to {to}");
                 return Err(Error::request(option, "0 <= from <= to", found));
             }

@@ -18,10 +18,8 @@ fn wave(sites: usize) -> Array2<f64> {
     let white = noise(TIMES + 3 * sites + 40, 1);
     let smooth = |n: usize| -> f64 {
         let lags = (0..40).map(|lag| (lag as f64 - 20.0) / 4.0);
-        let weighted = lags
-            .enumerate()
-            .map(|(lag, t)| white[[n + lag, 0]] * (-0.5 * t * t).exp());
-        weighted.sum::<f64>() / 2.7
+        let weighted = |(lag, t): (usize, f64)| white[[n + lag, 0]] * (-0.5 * t * t).exp();
+        lags.enumerate().map(weighted).sum::<f64>() / 2.7
     };
     let record: Vec<f64> = (0..TIMES + 3 * sites).map(smooth).collect();
     Array2::from_shape_fn((TIMES, sites), |(n, j)| record[n + 3 * (sites - 1 - j)])

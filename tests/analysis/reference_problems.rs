@@ -66,15 +66,12 @@ fn noise_is_white_and_comes_from_its_seed() {
             dt: 1.0 / 64.0,
             dx: 0.5,
         };
-        let deviation = 0.5;
-        values(
-            &WhiteNoise {
-                grid,
-                deviation,
-                seed,
-            }
-            .field(),
-        )
+        let noise = WhiteNoise {
+            grid,
+            deviation: 0.5,
+            seed,
+        };
+        values(&noise.field())
     };
     let values = noise(1);
     assert_eq!(values, noise(1));
@@ -101,10 +98,7 @@ fn the_shipped_field_is_the_struck_lattice() {
     let exact = values(&impact.field());
     assert_eq!(stored.len(), exact.len());
     for (bytes, v) in stored.zip(exact) {
-        near(
-            f32::from_le_bytes(bytes.try_into().unwrap()).into(),
-            v,
-            3.1e-8,
-        );
+        let stored = f32::from_le_bytes(bytes.try_into().unwrap());
+        near(stored.into(), v, 3.1e-8);
     }
 }

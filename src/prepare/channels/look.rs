@@ -28,8 +28,8 @@ const READ: usize = 16;
 /// Power of a band over that of the strongest, below which it holds only rounding.
 const ROUNDING: f64 = 1e-20;
 
-/// One record.
-#[derive(Debug, Clone)]
+/// One record; by default one that is left out.
+#[derive(Debug, Clone, Default)]
 pub(super) struct Record {
     pub scan: ChannelScan,
     /// Root mean square of the motion; powers over that of all bins: of the top tenth of the axis, and of bands.
@@ -96,7 +96,7 @@ impl<'a> Look<'a> {
             let with_next = first..look.sites.end.min(own.end + 1);
             let records = with_next.clone().zip(look.read(with_next));
             let found = records.map(|(j, record)| match left_out.contains(&j) {
-                true => (Record::NOTHING, Vec::new()),
+                true => Default::default(),
                 false => Record::of(record, &transform, hop),
             });
             let (mut found, spectra): (Vec<Record>, Vec<_>) = found.unzip();
@@ -163,15 +163,6 @@ impl<'a> Look<'a> {
 }
 
 impl Record {
-    /// Of a site that is left out.
-    const NOTHING: Record = Record {
-        scan: ChannelScan::NOTHING,
-        level: 0.0,
-        top: 0.0,
-        bands: [0.0; BANDS],
-        next: Vec::new(),
-    };
-
     /// Of these samples, and the spectra of its stretches over the root of the power of all; empty without motion.
     fn of(
         mut record: Vec<f64>,
@@ -181,7 +172,7 @@ impl Record {
         let scan = ChannelScan::of(&record);
         let mut found = Record {
             scan,
-            ..Record::NOTHING
+            ..Record::default()
         };
         let mut spectra = Vec::new();
         if scan.constant || scan.largest == 0.0 {
