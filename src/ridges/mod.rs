@@ -22,7 +22,9 @@ use crate::analyze::{self, Analysis, DispersionCurve, Request, Results, Scaling,
 use crate::arrays::{Collect, LargeArray};
 use crate::diagnostics::{MAP_LIMIT, MapBuilder};
 use crate::error::{Error, Result};
-use crate::estimates::realisations::{FILLED, Realisations, TOGETHER, steadiness_of_field};
+use crate::estimates::realisations::{
+    FILLED, Realisations, TOGETHER, share_that_counts, steadiness_of_field,
+};
 use crate::estimates::{Averaging, Independence, Tapers, check_significance, first_of};
 use crate::field::Field;
 use crate::observer::Observer;
@@ -318,7 +320,7 @@ pub fn ridges(
         });
         let steadiness = steadiness.sum::<f64>() / fields.len() as f64;
         let independence = Independence::new(number, effective, steadiness, segments.record);
-        search(request, analysis, &power, independence)
+        search(request, analysis, &power, (independence, segments.record))
     })
 }
 
@@ -333,10 +335,12 @@ fn search(
     request: &RidgesRequest,
     mut analysis: Analysis,
     power: &Array2<f64>,
-    independence: Independence,
+    (independence, samples): (Independence, usize),
 ) -> Result<Ridges> {
     let (axes, segment) = (&analysis.axes, analysis.conventions.segment);
-    let realisations = independence.effective;
+    let spectrum = power.rows().into_iter().skip(1).map(|row| row.sum());
+    let counting = share_that_counts(independence.steadiness, samples, (spectrum, segment));
+    let realisations = (independence.effective * counting).max(1.0);
     let (nf, nk) = power.dim();
     let df = 1.0 / (segment as f64 * axes.time.step.abs());
     let dk = TAU / (nk as f64 * axes.space.step.abs());

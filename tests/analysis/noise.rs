@@ -1,9 +1,9 @@
 //! The noise of each site against constructed fields whose noise is known, and what subtracting it leaves.
 
 use ndarray::{Array1, Array2, s};
-use test_support::estimate::spectrum;
+use test_support::estimate::{bicoherence, coherence, modes, spectrum};
 use test_support::fields::{
-    TEMPORAL, analyzed, filtered, noise, option, red, segments, stepped, struck,
+    Congruential, TEMPORAL, analyzed, filtered, noise, option, red, segments, stepped, struck,
 };
 use test_support::{changed, near};
 use wavecascade::Field;
@@ -206,5 +206,46 @@ fn val_centroids_and_shares_without_the_noise() {
         (from_it, &coloured, "reference-site"),
     ] {
         assert_eq!(option(analyze(field, &request).unwrap_err()), refused);
+    }
+}
+
+/// Records whose common amplitude is steady, steps, is modulated, or is that of bursts. Unrelated ones have no coherent sites and modes and no
+/// coupled triples, nor peaks; with a common signal all sites are coherent, in one mode.
+#[test]
+fn val_construction_a_common_amplitude_is_no_relation() {
+    let amplitudes: [fn(f64, f64) -> f64; 4] = [
+        |_, _| 1.0,
+        |t, _| if t < 0.8 { 1.0 } else { 3.0 },
+        |t, _| 1.0 + 0.8 * (19.0 * t).sin(),
+        |_, chance| if chance > 0.3 { 3.0 } else { 1.0 },
+    ];
+    for (kind, amplitude) in amplitudes.into_iter().enumerate() {
+        let (mut found, mut peaks) = ([[0; 2]; 3], 0);
+        for seed in 0..16 {
+            let white = Congruential(7 + 1931 * seed).white(4096, 9);
+            for (i, common) in [0.0, 0.7].into_iter().enumerate() {
+                let values = Array2::from_shape_fn((4096, 8), |(n, j)| {
+                    let level = amplitude(n as f64 / 4096.0, white[[n / 256 * 256, 8]]);
+                    level * (white[[n, j]] + common * white[[n, 8]])
+                });
+                let field = [&stepped(values, 1.0, 1.0)];
+                if i == 0 {
+                    let spectrum = spectrum("segment=128", field).unwrap();
+                    peaks += spectrum.peaks().unwrap().len();
+                }
+                let sites = coherence("segment=128", field).unwrap();
+                found[0][i] += sites.coherent_sites().count();
+                let modes = modes("segment=128", field).unwrap();
+                found[1][i] += modes.coherent_frequencies().unwrap();
+                let triples = bicoherence("segment=128", field).unwrap();
+                found[2][i] += usize::from(triples.above(triples.map_level().unwrap()) > 0);
+            }
+        }
+        let [[sites, followers], [modes, motions], [triples, _]] = found;
+        let is_right = sites <= 3 && modes <= 2 && triples <= 3 && followers == 112;
+        assert!(
+            is_right && motions > 900 && peaks <= 4,
+            "{kind}: {found:?} {peaks}"
+        );
     }
 }

@@ -1,7 +1,5 @@
 //! The pass over the records of [`super::coherence()`].
 
-use std::ops::Range;
-
 use ndarray::Array2;
 use num_complex::Complex;
 
@@ -12,10 +10,9 @@ use crate::error::{Error, Result};
 use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
     Grid, KeptSegments, Portion, Realisations, Records, SegmentScratch, SegmentsLeft, Shot, Shots,
-    Sums, SumsShape, TOGETHER, Tile, a_site, check_count, check_significance,
+    Sums, SumsShape, TOGETHER, Tile, a_site, check_count, check_significance, share_that_counts,
 };
 use crate::numeric::lanes::{LaneBlock, widest};
-use crate::numeric::pieces;
 use crate::prepare::Gaps;
 use crate::transform::{fold, frequencies};
 
@@ -33,15 +30,11 @@ impl CoherenceRequest {
         grid: &'a Grid,
         records: usize,
     ) -> Pass<'a> {
-        let others = realisations.bins() - 1;
-        let equal = pieces(others, others.div_ceil(BANDS).max(OF_BAND));
-        let equal = equal.map(|band| band.start + 1..band.end + 1);
         Pass {
             request: self,
             realisations,
             grid,
             records,
-            bands: std::iter::once(0..1).chain(equal).collect(),
         }
     }
 }
@@ -52,13 +45,7 @@ pub(in crate::estimates) struct Pass<'a> {
     grid: &'a Grid,
     /// Records of a site.
     records: usize,
-    /// Of bins: that of the mean, and equal ones.
-    bands: Vec<Range<usize>>,
 }
-
-/// Bands of equal width in which it is told how evenly realisations share their power, and bins of one at least.
-const BANDS: usize = 8;
-const OF_BAND: usize = 8;
 
 /// Blocks of a bin: power of the site, real and imaginary part of the product with the reference; and power of the
 /// reference in the segments of the site, where segments are left out.
@@ -68,15 +55,8 @@ const BLOCKS: usize = 3;
 const OF_SITE: u64 = 256;
 const OF_BIN: u64 = 192;
 
-/// The reference over a portion.
-struct Reference {
-    /// Its conjugate transforms.
-    spectra: Vec<Complex<f64>>,
-    /// Power of each of them in each band.
-    levels: Vec<f64>,
-    /// The segments that it keeps, where some are left out.
-    kept: Option<KeptSegments>,
-}
+/// The conjugate transforms of the reference over a portion, and the segments that it keeps where some are left out.
+type Reference = (Vec<Complex<f64>>, Option<KeptSegments>);
 
 impl Pass<'_> {
     pub fn run(&self, shots: &Shots<'_>) -> Result<Coherence> {
@@ -112,30 +92,21 @@ impl Pass<'_> {
         let site = self.request.reference;
         let segments = &shot.portion.segments;
         let mut spectra = Vec::with_capacity(segments.len() * tapers * bins);
-        let mut levels = Vec::new();
         let conjugate = |_: usize, found: &[Complex<f64>]| {
             spectra.extend(found.iter().map(|x| x.conj()));
-            let power = |band: &Range<usize>| -> f64 {
-                found[band.clone()].iter().map(Complex::norm_sqr).sum()
-            };
-            levels.extend(self.bands.iter().map(power));
         };
         let record = shot.record(site);
         let (record, mut scratch) = (Records::interleaved(&record, 1), SegmentScratch::default());
         self.realisations
             .each_of(&shot.portion, record, &mut scratch, conjugate);
         let kept = shot.kept(site..site + 1, self.realisations.segments);
-        Reference {
-            spectra,
-            levels,
-            kept: kept.into_iter().next(),
-        }
+        (spectra, kept.into_iter().next())
     }
 
     /// Adds the segments of a tile to its sums.
     fn add(
         &self,
-        (shot, reference): (&Shot<'_>, &Reference),
+        (shot, (reference, kept)): (&Shot<'_>, &Reference),
         scratch: &mut SegmentScratch,
         tile: Tile<'_>,
         sums: &mut Sums,
@@ -144,10 +115,8 @@ impl Pass<'_> {
         let (width, first) = (tile.1.width(), shot.portion.segments.start * tapers);
         let add =
             |sums: &mut [LaneBlock], r: usize, spectra: &[Complex<f64>], has: &[f64; TOGETHER]| {
-                let other = &reference.spectra[(r - first) * bins..][..bins];
-                let levels = &reference.levels[(r - first) * self.bands.len()..];
-                let (shared, own) = sums.split_at_mut(self.bands.len());
-                let (own, cross) = own.split_at_mut(bins);
+                let other = &reference[(r - first) * bins..][..bins];
+                let (own, cross) = sums.split_at_mut(bins);
                 let (re, cross) = cross.split_at_mut(bins);
                 let (im, beside) = cross.split_at_mut(bins);
                 widest(Products {
@@ -156,13 +125,12 @@ impl Pass<'_> {
                     reference: other,
                     has,
                     sums: [own, re, im],
-                    bands: (&self.bands, levels, shared),
                 });
                 for (y, beside) in other.iter().zip(beside) {
                     beside.add(has.map(|has| has * y.norm_sqr()));
                 }
             };
-        let scratch = (reference.kept.as_ref(), scratch);
+        let scratch = (kept.as_ref(), scratch);
         shot.add(self.realisations, tile, scratch, sums, add);
     }
 
@@ -182,9 +150,7 @@ impl Pass<'_> {
         let (bins, reference) = (realisations.bins(), self.request.reference);
         let steadiness = tiles[reference / TOGETHER].steadiness()[reference % TOGETHER];
         let steadiness = steadiness / records as f64;
-        let independence = realisations.independence(records, left.as_ref(), steadiness);
-        let count = (records * realisations.count()) as f64;
-        let density = grid.time.step / count;
+        let density = grid.time.step / (records * realisations.count()) as f64;
         // Of a site from which segments are left out.
         let part = |j: usize| match &left {
             None if tiles[j / TOGETHER].steadiness()[j % TOGETHER].is_nan() => f64::NAN,
@@ -196,16 +162,15 @@ impl Pass<'_> {
         let shape = (bins, grid.sites);
         // Power, product and, where segments are left out, power of the reference in those that are not.
         let of_tile = |what: usize, m: usize, j: usize| {
-            let block = self.bands.len() + what * bins + m;
-            tiles[j / TOGETHER].plain[block].0[j % TOGETHER]
-        };
-        let of_reference = |m: usize, j: usize| match &left {
-            Some(_) => of_tile(BLOCKS, m, j),
-            None => of_tile(0, m, reference),
+            tiles[j / TOGETHER].plain[what * bins + m].0[j % TOGETHER]
         };
         let cross = |m, j| Complex::new(of_tile(1, m, j), of_tile(2, m, j));
         let coherence = Array2::from_shape_fn(shape, |(m, j)| {
-            let (own, beside) = (of_tile(0, m, j), of_reference(m, j));
+            let own = of_tile(0, m, j);
+            let beside = match &left {
+                Some(_) => of_tile(BLOCKS, m, j),
+                None => of_tile(0, m, reference),
+            };
             match own > 0.0 && beside > 0.0 && !parts[j].is_nan() {
                 true => (cross(m, j).norm_sqr() / (beside * own)).min(1.0),
                 // 0 / 0 where one of them is still; none where too much was filled.
@@ -213,26 +178,11 @@ impl Pass<'_> {
             }
         });
         let phase = Array2::from_shape_fn(shape, |(m, j)| cross(m, j).arg());
-        let shared_bins = realisations.shared_bins();
-        let independent = Array2::from_shape_fn((self.bands.len(), grid.sites), |(b, j)| {
-            let own: f64 = self.bands[b].clone().map(|m| of_tile(0, m, j)).sum();
-            let beside: f64 = self.bands[b].clone().map(|m| of_reference(m, j)).sum();
-            let shared = tiles[j / TOGETHER].plain[b].0[j % TOGETHER];
-            // What is related is uneven together, by chance.
-            let band = coherence.slice(ndarray::s![self.bands[b].clone(), j]);
-            let related = band.sum() * shared_bins / band.len().pow(2) as f64;
-            let evenness = own * beside / (count / parts[j] * shared) * (1.0 + related);
-            let all = match &left {
-                Some(left) if !independence.is_transient() => left.effective[j],
-                _ => independence.independent.unwrap_or(f64::NAN),
-            };
-            match all >= 2.0 {
-                // What is still has none.
-                true if j != reference && evenness < 1.0 => (all * evenness).max(1.0),
-                true => all,
-                false => f64::NAN,
-            }
-        });
+        let of_reference = (1..bins).map(|m| of_tile(0, m, reference));
+        let samples = realisations.segments.record;
+        let counting = share_that_counts(steadiness, samples, (of_reference, length));
+        let independence = realisations.independence(records, left.as_ref(), steadiness);
+        let independence = independence.of_uneven(counting);
         let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
             let scale = density * fold(m, length);
             of_tile(0, m, j) * scale * parts[j]
@@ -247,8 +197,6 @@ impl Pass<'_> {
             independence,
             segments_left: left,
             alpha: self.request.alpha,
-            bands: self.bands.clone(),
-            independent,
             phase_interval: Array2::from_elem(shape, f64::NAN),
             coherence,
             phase,
@@ -266,8 +214,7 @@ impl Divided for Pass<'_> {
     fn shape(&self) -> SumsShape {
         let leaves_out = self.request.gaps == Gaps::LeaveOut;
         let blocks = BLOCKS + usize::from(leaves_out);
-        self.realisations
-            .shape(self.bands.len() + blocks * self.realisations.bins())
+        self.realisations.shape(blocks * self.realisations.bins())
     }
 
     fn result_bytes(&self) -> u64 {

@@ -120,7 +120,7 @@ impl Pass<'_> {
         if shot.portion.record + 1 == self.records {
             let shared = self.realisations.shared_bins();
             let found = |sums: TripleSums| {
-                let evenness = sums.evenness.least(shared, true);
+                let evenness = sums.evenness.least(shared);
                 (evenness, gathered(&self.own, &sums))
             };
             tile.found = tile.products.drain(..).map(found).collect();

@@ -119,9 +119,8 @@ impl<'a> Pass<'a> {
         TileSums { like, products, .. }: &TileSums,
         tiles: &[TileSums],
     ) -> Bicoherence {
-        let (map, is_one_site) = (&products[0], self.request.site == self.request.output());
-        let shared = self.realisations.shared_bins();
-        let evenness = map.evenness.least(shared, is_one_site);
+        let map = &products[0];
+        let evenness = map.evenness.least(self.realisations.shared_bins());
         let least = map.least();
         let segments = self.realisations.segments;
         let mut bins = Vec::with_capacity(self.triples.cells());

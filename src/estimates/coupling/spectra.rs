@@ -145,12 +145,13 @@ impl Evenness {
     }
 
     /// `<P^2> <Q> / <P^2 Q>` in the least even band: 1, or less where few realisations have the power of three frequencies. White
-    /// noise of one site has `1 / (1 + 2 / k)` in a band of k independent bins, which is taken out.
-    pub fn least(&self, shared_bins: f64, is_one_site: bool) -> f64 {
+    /// noise has `1 / (1 + 2 / k)` in a band of k independent bins, with a deviation of `sqrt(8 / R) / k` over R realisations:
+    /// that, and two deviations, are taken out.
+    pub fn least(&self, shared_bins: f64) -> f64 {
+        let count = self.count as f64;
         let of = |(band, [pairs, thirds, all]): (&Range<usize>, &[f64; 3])| {
-            let by_chance = 2.0 * shared_bins / band.len() as f64;
-            let by_chance = if is_one_site { by_chance } else { 0.0 };
-            pairs * thirds / (self.count as f64 * all) * (1.0 + by_chance)
+            let by_chance = (2.0 + 2.0 * (8.0 / count).sqrt()) * shared_bins / band.len() as f64;
+            pairs * thirds / (count * all) * (1.0 + by_chance)
         };
         let bands = self.bands.iter().zip(&self.sums).map(of);
         bands.fold(1.0, f64::min)

@@ -62,8 +62,10 @@ impl Independence {
 
     /// With fewer independent realisations, where they share so unevenly what is averaged that few of them count.
     pub(crate) fn of_uneven(mut self, evenness: f64) -> Self {
-        let independent = self.independent.map(|k| k * evenness.min(1.0));
-        self.independent = independent.filter(|k| *k >= 2.0);
+        if !self.is_transient() {
+            let independent = (self.effective * evenness.min(1.0)).max(self.records as f64);
+            self.independent = Some(independent).filter(|k| *k >= 2.0);
+        }
         self
     }
 
@@ -86,13 +88,23 @@ impl Independence {
     /// `alpha` where the true one is 0: `1 - alpha^{1/(K-1)}`. Source: Carter, Knapp, Nuttall, IEEE
     /// Trans. Audio Electroacoust. 21, 337 (1973).
     pub fn level(&self, alpha: f64) -> Option<f64> {
-        Some(level_of_chance(self.independent?, alpha))
+        Some(-(alpha.ln() / (self.independent? - 1.0)).exp_m1())
     }
 }
 
-/// See [`Independence::level`].
-pub(crate) fn level_of_chance(independent: f64, alpha: f64) -> f64 {
-    -(alpha.ln() / (independent - 1.0)).exp_m1()
+/// Share of the effective realisations that count, of records whose parts hold unequal energies: the steadiness, but for what it is less
+/// than 1 by chance. The energy of one of 16 parts of M samples of Gaussian noise has the relative variance
+/// `sum S^2 / (sum S)^2 L / M`, with its spectrum S of segments of L samples; that is taken to be 1 at most.
+pub(crate) fn share_that_counts(
+    steadiness: f64,
+    samples: usize,
+    (spectrum, length): (impl Iterator<Item = f64>, usize),
+) -> f64 {
+    let add = |[all, squares]: [f64; 2], s: f64| [all + s, squares + s * s];
+    let [all, squares] = spectrum.filter(|s| *s > 0.0).fold([0.0; 2], add);
+    let part = (samples / PARTS).max(1);
+    let by_chance = squares / (all * all) * length as f64 / part as f64;
+    (steadiness * (1.0 + by_chance.min(1.0))).min(1.0)
 }
 
 /// The same of a record with zeros for the `missing` samples, in ascending order: parts count by the samples they

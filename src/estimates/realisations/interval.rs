@@ -4,7 +4,7 @@ use ndarray::Array2;
 
 use super::SIGNIFICANCE;
 use super::effective::effective_segments;
-use super::ensemble::{LEAST_STEADINESS, steadiness};
+use super::ensemble::{LEAST_STEADINESS, share_that_counts, steadiness};
 use crate::numeric::{chi_square_quantile, student_two_sided, sum_of_squares};
 use crate::prepare::{Detrend, Trend};
 use crate::transform::Segments;
@@ -40,7 +40,10 @@ impl SpectrumInterval {
         }
         let effective = effective_segments(window, segments);
         let steadiness = steadiness(&moving);
-        let degrees = (steadiness >= LEAST_STEADINESS).then_some(2.0 * effective);
+        let white = std::iter::repeat_n(1.0, segments.length / 2);
+        let counting = share_that_counts(steadiness, record.len(), (white, segments.length));
+        let degrees =
+            (steadiness >= LEAST_STEADINESS).then_some((2.0 * effective * counting).max(2.0));
         Some(SpectrumInterval {
             steadiness,
             effective_segments: effective,

@@ -23,7 +23,7 @@ pub use averaging::{Averaging, Tapers};
 pub(crate) use averaging::{Realisations, SegmentScratch, check_count};
 pub use ensemble::Independence;
 pub(crate) use ensemble::{
-    LEAST_STEADINESS, level_of_chance, steadiness, steadiness_of_field, steadiness_of_sites,
+    LEAST_STEADINESS, share_that_counts, steadiness, steadiness_of_field, steadiness_of_sites,
 };
 pub use grid::Grid;
 pub(crate) use interval::{FactorTable, phase_spread};

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
     Averaging, FactorTable, Grid, Independence, LEAST_STEADINESS, Realisations, Shots, Tapers,
-    check_significance, first_of, least_median_most, refuse_left_out,
+    check_significance, first_of, least_median_most, refuse_left_out, share_that_counts,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
@@ -272,7 +272,11 @@ impl SpaceTimeRequest {
         let is_steady = !independence.is_transient();
         let is_by_weights = is_steady && self.pairs() > 1;
         let most = match records {
-            _ if is_steady => 2.0 * independence.effective,
+            _ if is_steady => {
+                let spectrum = spectrum.rows().into_iter().skip(1).map(|row| row.sum());
+                let counting = share_that_counts(steadiness, samples, (spectrum, length));
+                2.0 * (independence.effective * counting).max(1.0)
+            }
             0..2 => f64::NAN,
             _ => 2.0 * records as f64,
         };

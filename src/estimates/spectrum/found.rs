@@ -7,7 +7,7 @@ use super::noise::LeadIn;
 use super::pass::{Pass, TileSums};
 use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate};
 use crate::error::Result;
-use crate::estimates::realisations::{FactorTable, Independence, TOGETHER};
+use crate::estimates::realisations::{FactorTable, Independence, TOGETHER, share_that_counts};
 use crate::numeric::lanes::LaneBlock;
 use crate::numeric::{fisher_level, fisher_tail, median, student_two_sided};
 
@@ -81,6 +81,13 @@ impl Pass<'_> {
             };
             2.0 * density * white / smallest < FILLING.0 * (2.0 / degrees).sqrt()
         };
+        let counting: Vec<f64> = (steadiness.iter().zip(spectrum.columns()))
+            .map(|(steadiness, spectrum)| {
+                let spectrum = spectrum.into_iter().skip(1).copied();
+                let samples = self.realisations.segments.record;
+                share_that_counts(*steadiness, samples, (spectrum, length))
+            })
+            .collect();
         let degrees = Array2::from_shape_fn(shape, |(m, j)| {
             // Transforms at 0 and at the Nyquist frequency are real.
             let one = fold(m, length);
@@ -88,7 +95,7 @@ impl Pass<'_> {
             let degrees = match (sites[j].is_transient(), records) {
                 (true, 0..2) => f64::NAN,
                 (true, _) => one * records as f64,
-                (false, _) => one * segments * value(&shapes, m, j),
+                (false, _) => one * (segments * value(&shapes, m, j) * counting[j]).max(1.0),
             };
             match is_known([m, j], degrees) && !(m == 0 && is_detrended(m)) {
                 true => degrees,
@@ -115,6 +122,8 @@ impl Pass<'_> {
             None => vec![left_out_of(0); shape.1],
             Some(_) => (0..shape.1).map(left_out_of).collect(),
         };
+        let of_tapers =
+            self.realisations.segment_count() == 1 && left_out == LeftOutEach::Realisation;
         let jackknife = Array2::from_shape_fn(shape, |(m, j)| {
             // Realisations of a transient are not independent, its records are.
             let is_known = !sites[j].is_transient() || left_out == LeftOutEach::Record;
@@ -125,7 +134,9 @@ impl Pass<'_> {
             }
             let (sum, squares) = (value(&deviations, m, j), value(&squares, m, j));
             let variance = (squares - sum * sum / all).max(0.0) * (all - 1.0) / all;
-            quantile * (variance * all / effective).sqrt() + self.filled(tiles, j)[1]
+            // Tapers of one segment share its unequal parts.
+            let counting = if of_tapers { counting[j] } else { 1.0 };
+            quantile * (variance * all / (effective * counting)).sqrt() + self.filled(tiles, j)[1]
         });
 
         drop((deviations, squares));

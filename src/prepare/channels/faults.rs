@@ -133,9 +133,11 @@ impl Look<'_> {
                 && beside.all(|top| top < NOISY_ALIKE * middle)
         };
         let found = outstanding(&top, NOISY, BESIDE, is_noisy);
-        let over_beside = found.iter().map(|&i| {
-            let most = beside(&top, i, i + 1, BESIDE).fold(0.0, f64::max);
-            top[i] / most.max(f64::MIN_POSITIVE)
+        let runs = found.chunk_by(|a, b| a + 1 == *b);
+        let over_beside = runs.map(|run| {
+            let (from, end) = (run[0], run[run.len() - 1] + 1);
+            let own = top[from..end].iter().copied().fold(0.0, f64::max);
+            own / beside(&top, from, end, BESIDE).fold(f64::MIN_POSITIVE, f64::max)
         });
         let ratio = over_beside.fold(0.0, f64::max);
         (found.into_iter().map(|i| live[i]).collect(), ratio)

@@ -78,6 +78,10 @@ impl<D: Describe> Describe for Examined<D> {
         if sheet.needs_sites_in_step && self.channels.iter().any(is_apart) {
             sheet.answer =
                 "waves along x are not told: sites are out of step with the others".into();
+            sheet
+                .facts
+                .iter_mut()
+                .for_each(|fact| fact.is_detail = true);
         }
         for warning in &self.channels {
             if sheet.warnings.iter().all(|own| own.code != warning.code) {

@@ -53,15 +53,17 @@ impl Look<'_> {
             };
             all.abs() > least && (0..BANDS).all(is_like)
         };
-        // Places beside a step see it, too: it is where the means of both sides differ most.
-        let apart = |i: usize| {
+        // Places beside a step see it, too: it is where the sums of both sides and neighbours differ most.
+        let change = |i: usize| {
             let sum = |sites: Range<usize>| sites.map(size).sum::<f64>();
-            (sum(i..i + SIDE) - sum(i - SIDE..i)).abs()
+            sum(i..i + SIDE) - sum(i - SIDE..i) + 2.0 * (size(i) - size(i - 1))
         };
         let last = live.len() - SIDE;
         let most = |i: usize| {
             let near = (i + 1).saturating_sub(SIDE).max(SIDE)..=(i + SIDE - 1).min(last);
-            let most = near.max_by(|a, b| apart(*a).total_cmp(&apart(*b)));
+            let way = step(i, &size).0.signum();
+            let along = |i: &usize| way * change(*i);
+            let most = near.max_by(|a, b| along(a).total_cmp(&along(b)));
             most.unwrap_or(i)
         };
         let mut found: Vec<usize> = (SIDE..=last).filter(is_step).map(most).collect();
