@@ -55,13 +55,8 @@ const BLOCKS: usize = 3;
 const OF_SITE: u64 = 256;
 const OF_BIN: u64 = 192;
 
-/// The reference over a portion.
-struct Reference {
-    /// Its conjugate transforms.
-    spectra: Vec<Complex<f64>>,
-    /// The segments that it keeps, where some are left out.
-    kept: Option<KeptSegments>,
-}
+/// The conjugate transforms of the reference over a portion, and the segments that it keeps where some are left out.
+type Reference = (Vec<Complex<f64>>, Option<KeptSegments>);
 
 impl Pass<'_> {
     pub fn run(&self, shots: &Shots<'_>) -> Result<Coherence> {
@@ -105,16 +100,13 @@ impl Pass<'_> {
         self.realisations
             .each_of(&shot.portion, record, &mut scratch, conjugate);
         let kept = shot.kept(site..site + 1, self.realisations.segments);
-        Reference {
-            spectra,
-            kept: kept.into_iter().next(),
-        }
+        (spectra, kept.into_iter().next())
     }
 
     /// Adds the segments of a tile to its sums.
     fn add(
         &self,
-        (shot, reference): (&Shot<'_>, &Reference),
+        (shot, (reference, kept)): (&Shot<'_>, &Reference),
         scratch: &mut SegmentScratch,
         tile: Tile<'_>,
         sums: &mut Sums,
@@ -123,7 +115,7 @@ impl Pass<'_> {
         let (width, first) = (tile.1.width(), shot.portion.segments.start * tapers);
         let add =
             |sums: &mut [LaneBlock], r: usize, spectra: &[Complex<f64>], has: &[f64; TOGETHER]| {
-                let other = &reference.spectra[(r - first) * bins..][..bins];
+                let other = &reference[(r - first) * bins..][..bins];
                 let (own, cross) = sums.split_at_mut(bins);
                 let (re, cross) = cross.split_at_mut(bins);
                 let (im, beside) = cross.split_at_mut(bins);
@@ -138,7 +130,7 @@ impl Pass<'_> {
                     beside.add(has.map(|has| has * y.norm_sqr()));
                 }
             };
-        let scratch = (reference.kept.as_ref(), scratch);
+        let scratch = (kept.as_ref(), scratch);
         shot.add(self.realisations, tile, scratch, sums, add);
     }
 
