@@ -6,12 +6,12 @@ mod sheet;
 mod sums;
 
 pub use result::{
-    AxisIncrements, ExponentBasis, IncrementHistogram, Increments, IncrementsRequest,
+    AxisIncrements, IncrementHistogram, Increments, IncrementsRequest,
     IntervalBasis, ScaleMoments, ScalingExponents,
 };
-pub use sums::FieldAxis;
 
 use crate::error::{Error, Result};
+use crate::estimates::FieldAxis;
 use crate::estimates::realisations::{
     LEAST_STEADINESS, check_significance, first_of, steadiness_of_field,
 };
@@ -198,7 +198,7 @@ impl Along<'_> {
         let (each, independent) = match self.basis {
             IntervalBasis::Shots => (of_shots, self.steps.len()),
             IntervalBasis::Parts => (shots.into_iter().next().unwrap_or_default(), short),
-            IntervalBasis::None => (Vec::new(), short),
+            _ => (Vec::new(), short),
         };
         let values = Values {
             all,
@@ -271,12 +271,11 @@ impl Along<'_> {
             return Err(Error::request(option, expected, found));
         }
         let of_line = |p| line(&all, p).map_or(f64::NAN, |l| l.half_interval(values.alpha));
-        let basis = match self.basis {
-            _ if count < 2 => ExponentBasis::Regression,
-            IntervalBasis::Shots => ExponentBasis::Shots,
-            _ => ExponentBasis::Parts,
+        let basis = match count {
+            0..2 => IntervalBasis::Regression,
+            _ => self.basis,
         };
-        if basis == ExponentBasis::Regression {
+        if basis == IntervalBasis::Regression {
             half = std::array::from_fn(of_line);
         }
         Ok(Some(ScalingExponents {

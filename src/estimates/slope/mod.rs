@@ -12,8 +12,7 @@ pub use steepening::Steepening;
 use num_complex::Complex;
 
 use crate::error::{Error, Result};
-use crate::estimates::SIGNIFICANCE;
-use crate::estimates::increments::{ExponentBasis, FieldAxis};
+use crate::estimates::{FieldAxis, IntervalBasis, SIGNIFICANCE};
 use crate::estimates::realisations::{
     Averaging, Realisations, SegmentScratch, Shots, TOGETHER, Tapers, check_significance, first_of,
     refuse_left_out,
@@ -28,42 +27,31 @@ use breaks::breaks;
 use frames::Frame;
 
 /// All choices of [`slope`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, smart_default::SmartDefault)]
 pub struct SlopeRequest {
     /// Of the spectrum over wavenumbers, or over frequencies.
+    #[default(FieldAxis::Space)]
     pub axis: FieldAxis,
     /// Wavenumbers in rad per unit of length, or frequencies in cycles per unit of time.
+    #[default((0.0, f64::INFINITY))]
     pub band: (f64, f64),
     /// Breaks that are searched in the band, at most 2.
+    #[default(1)]
     pub breaks: usize,
     /// Frames of times with a slope of their own; along x alone.
+    #[default(64)]
     pub frames: usize,
     /// Along x a segment is by default all sites.
     pub averaging: Averaging,
     /// Along x, snapshots with gaps are left out instead.
     pub gaps: Gaps,
     /// Intervals hold with probability `1 - alpha`, and breaks are accepted below `alpha`.
+    #[default(SIGNIFICANCE)]
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
     pub memory: Option<u64>,
-}
-
-impl Default for SlopeRequest {
-    fn default() -> Self {
-        SlopeRequest {
-            axis: FieldAxis::Space,
-            band: (0.0, f64::INFINITY),
-            breaks: 1,
-            frames: 64,
-            averaging: Averaging::default(),
-            gaps: Gaps::Refuse,
-            alpha: SIGNIFICANCE,
-            threads: None,
-            memory: None,
-        }
-    }
 }
 
 /// What [`slope`] finds.
@@ -101,7 +89,7 @@ pub struct PowerLaw {
     pub slope: f64,
     /// Half of its interval: over shots, or of the regression.
     pub half: f64,
-    pub basis: ExponentBasis,
+    pub basis: IntervalBasis,
     pub prefactor: f64,
     /// Root mean square of the residuals of `ln S`.
     pub scatter: f64,
@@ -230,8 +218,8 @@ impl Work<'_> {
         // A window gives neighbouring bins a part in common.
         let of_line = || line.half_interval_of(alpha, self.realisations.shared_bins());
         let (half, basis) = match mean_of(&of_shots, alpha) {
-            Some((_, half)) => (half, ExponentBasis::Shots),
-            None => (of_line(), ExponentBasis::Regression),
+            Some((_, half)) => (half, IntervalBasis::Shots),
+            None => (of_line(), IntervalBasis::Regression),
         };
         let steepening = frames
             .as_ref()

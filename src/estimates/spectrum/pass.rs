@@ -7,9 +7,10 @@ use rayon::prelude::*;
 
 use super::lines::{LINE_BLOCKS, Line, OFFSETS, TaperSums};
 use super::noise::LeadIn;
-use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
+use super::{LeftOutEach, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::parts::{Combined, Divided};
+use crate::estimates::FieldAxis;
 use crate::estimates::realisations::{
     Average, Grid, Independence, Portion, Realisations, Records, SegmentScratch, Shot, Shots, Sums,
     SumsShape, TOGETHER, Weights, WithoutOne,
@@ -178,7 +179,7 @@ impl<'a> Pass<'a> {
         tile: &mut TileSums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        let may_lead_in = shot.portion.is_whole && self.request.along == SpectrumAxis::Time;
+        let may_lead_in = shot.portion.is_whole && self.request.along == FieldAxis::Time;
         for (lane, site) in sites.clone().enumerate() {
             if may_lead_in && shot.missing(site).is_empty() {
                 tile.lead_ins[lane].add(&records.record(lane));
