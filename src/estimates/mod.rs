@@ -26,8 +26,8 @@ pub use coupling::{
     OutputTransfer, PairTransfer, Transfer, TransferRequest, TransferShares, bicoherence, transfer,
 };
 pub use increments::{
-    AxisIncrements, IncrementHistogram, Increments, IncrementsRequest,
-    IntervalBasis, ScaleMoments, ScalingExponents, increments,
+    AxisIncrements, IncrementHistogram, Increments, IncrementsRequest, IntervalBasis, ScaleMoments,
+    ScalingExponents, increments,
 };
 pub use modes::{ModeShapes, ModeWave, Modes, ModesRequest, modes};
 pub use parts::{

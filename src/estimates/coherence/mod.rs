@@ -41,7 +41,9 @@ const OF_LEAKAGE: f64 = 0.25;
 const ONE_WAY: f64 = 0.5;
 
 /// All choices of [`coherence`].
-#[derive(Debug, Clone, PartialEq, smart_default::SmartDefault, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug, Clone, PartialEq, smart_default::SmartDefault, serde::Serialize, serde::Deserialize,
+)]
 pub struct CoherenceRequest {
     /// Index of the site that all others are compared with.
     pub reference: usize,

@@ -8,8 +8,8 @@ use super::spectra::{Spectra, last_bin};
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, Records, SegmentScratch, Shots, a_site, check_significance,
-    first_of, steadiness,
+    Averaging, Independence, Realisations, Records, SegmentScratch, Shots, a_site,
+    check_significance, first_of, steadiness,
 };
 use crate::field::Field;
 use crate::numeric::deviation;
@@ -178,7 +178,10 @@ impl Pass<'_> {
         let realisations = [shots, self.realisations.segment_count()];
         let is_transient = independence.is_transient();
         let draws = Resamplings::new(realisations, is_transient, request.resamplings);
-        let (expected, blocks) = ("at least 10 blocks of realisations to draw from", draws.blocks());
+        let (expected, blocks) = (
+            "at least 10 blocks of realisations to draw from",
+            draws.blocks(),
+        );
         Error::require(blocks >= 10, "segment", expected, blocks)?;
         let threads = rayon::current_num_threads() as u64;
         // Pairs of all outputs together, at most.

@@ -18,11 +18,11 @@ pub use peaks::Peak;
 use ndarray::Array2;
 
 use crate::error::{Error, Result};
-use crate::estimates::{FieldAxis, SIGNIFICANCE};
 use crate::estimates::realisations::{
     Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, check_significance, first_of,
     least_median_most,
 };
+use crate::estimates::{FieldAxis, SIGNIFICANCE};
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
@@ -30,7 +30,9 @@ use crate::system::threads::in_pool;
 pub(super) use pass::Pass;
 
 /// All choices of [`spectrum`].
-#[derive(Debug, Clone, PartialEq, smart_default::SmartDefault, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug, Clone, PartialEq, smart_default::SmartDefault, serde::Serialize, serde::Deserialize,
+)]
 pub struct SpectrumRequest {
     /// Time: `S(f)` at each site. Space: `S(k)` at each time, one-sided, per rad, and their mean over time.
     pub along: FieldAxis,

@@ -9,8 +9,8 @@ use super::lines::{LINE_BLOCKS, Line, OFFSETS, TaperSums};
 use super::noise::LeadIn;
 use super::{LeftOutEach, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
-use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::FieldAxis;
+use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
     Average, Grid, Independence, Portion, Realisations, Records, SegmentScratch, Shot, Shots, Sums,
     SumsShape, TOGETHER, Weights, WithoutOne,

@@ -267,11 +267,9 @@ impl SpectrumEstimate {
         if half.iter().any(|half| half.is_finite()) {
             for (sign, label) in [(-1.0, "by the jackknife"), (1.0, "")] {
                 let end = end_of(&spectrum, &half, sign);
-                let series = Series::of(label, BLACK, &self.bins, &end).with(Look::Dashed);
-                chart.series.push(Series {
-                    weight: Weight::Thin,
-                    ..series
-                });
+                let mut series = Series::of(label, BLACK, &self.bins, &end).with(Look::Dashed);
+                series.weight = Weight::Thin;
+                chart.series.push(series);
             }
         }
         let noise = self.noise.as_ref();

@@ -12,8 +12,7 @@ use serde_json::Value;
 use wavecascade::estimates::{
     self, Averaging, Bicoherence, BicoherenceRequest, Coherence, CoherenceRequest, FieldAxis,
     Increments, IncrementsRequest, Modes, ModesRequest, Slope, SlopeRequest, SpaceTimeEstimate,
-    SpaceTimeRequest, SpectrumEstimate, SpectrumRequest, Tapers, Transfer,
-    TransferRequest,
+    SpaceTimeRequest, SpectrumEstimate, SpectrumRequest, Tapers, Transfer, TransferRequest,
 };
 use wavecascade::observer::{Observer, Silent};
 use wavecascade::prepare::Gaps;
