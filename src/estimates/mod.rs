@@ -26,8 +26,8 @@ pub use coupling::{
     OutputTransfer, PairTransfer, Transfer, TransferRequest, TransferShares, bicoherence, transfer,
 };
 pub use increments::{
-    AxisIncrements, ExponentBasis, FieldAxis, IncrementHistogram, Increments, IncrementsRequest,
-    IntervalBasis, ScaleMoments, ScalingExponents, increments,
+    AxisIncrements, IncrementHistogram, Increments, IncrementsRequest, IntervalBasis, ScaleMoments,
+    ScalingExponents, increments,
 };
 pub use modes::{ModeShapes, ModeWave, Modes, ModesRequest, modes};
 pub use parts::{
@@ -44,5 +44,26 @@ pub use spacetime::{SpaceTimeEstimate, SpaceTimeRequest, spacetime};
 pub(crate) use spectrum::no_noise;
 pub use spectrum::{
     LeftOutEach, Line, LineTest, MeanSpectrum, NoiseFloor, NoiseSource, Peak, SiteNoise,
-    SpectrumAxis, SpectrumEstimate, SpectrumRequest, SubtractedNoise, spectrum,
+    SpectrumEstimate, SpectrumRequest, SubtractedNoise, spectrum,
 };
+
+/// The axis of a field along which something is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FieldAxis {
+    /// Of snapshots: over wavenumbers, or separations.
+    Space,
+    /// Of the records of sites: over frequencies, or lags.
+    #[default]
+    Time,
+}
+
+impl FieldAxis {
+    /// The one of this axis, of one along x and one in time.
+    pub(crate) fn of<T>(self, [space, time]: [T; 2]) -> T {
+        match self {
+            FieldAxis::Space => space,
+            FieldAxis::Time => time,
+        }
+    }
+}

@@ -7,7 +7,7 @@ use test_support::estimate::increments;
 use test_support::fields::{noise, red};
 use test_support::{lies, near};
 use wavecascade::Field;
-use wavecascade::estimates::{AxisIncrements, ExponentBasis, FieldAxis, Increments, IntervalBasis};
+use wavecascade::estimates::{AxisIncrements, FieldAxis, Increments, IntervalBasis};
 use wavecascade::sheet::Describe;
 
 use crate::peers::{compare, field};
@@ -80,7 +80,7 @@ fn val_closed_form_of_a_sawtooth() {
         near(m.third / (parts(3).0 - parts(3).1), 1.0, 1e-12);
     }
     let fit = axis.exponents.unwrap();
-    assert_eq!((fit.points, fit.basis), (3, ExponentBasis::Regression));
+    assert_eq!((fit.points, fit.basis), (3, IntervalBasis::Regression));
     // Like r, whatever the order: a shock.
     fit.exponents[2..].iter().for_each(|e| near(*e, 1.0, 0.03));
 }
@@ -108,7 +108,7 @@ fn val_brownian_motion_scales_like_the_root() {
     assert!(inside >= 21, "{inside} of 30");
     assert!(axis.third_signs(0.05).is_empty());
     let fit = axis.exponents.unwrap();
-    assert_eq!(fit.basis, ExponentBasis::Shots);
+    assert_eq!(fit.basis, IntervalBasis::Shots);
     for (p, order) in (0..6).zip(1..) {
         let order = f64::from(order);
         near(fit.exponents[p], 0.5 * order, 2.0 * fit.half[p]);

@@ -9,7 +9,7 @@ use test_support::fields::{chain, noise, stepped};
 use test_support::{hold, lies, near};
 use wavecascade::Field;
 use wavecascade::chain::{Accuracy, EndTime, Ends, Law, Record, Scheme, Simulation};
-use wavecascade::estimates::{ExponentBasis, Slope};
+use wavecascade::estimates::{IntervalBasis, Slope};
 use wavecascade::observer::Silent;
 use wavecascade::reference::bessel_j;
 
@@ -54,7 +54,7 @@ fn val_exact_power_laws_and_their_break() {
     let k = TAU / 256.0;
     let low = found(&along, [2.0 * k, 35.0 * k], "");
     let law = &low.law;
-    assert_eq!((law.points, law.basis), (34, ExponentBasis::Regression));
+    assert_eq!((law.points, law.basis), (34, IntervalBasis::Regression));
     assert!(law.half < 1e-11 && low.breaks.is_none(), "{law:?}");
     near(low.compensated()[10], 1.0, 1e-12);
     let breaks = found(&along, [2.0 * k, 120.0 * k], "").breaks.unwrap();
@@ -197,7 +197,7 @@ fn val_intervals_over_shots_hold() {
         let shots = trial.axis_chunks_iter(Axis(0), 4);
         let shots = shots.map(|shot| Field::from_array(shot.to_owned()));
         let law = slope("band=0.2,3", &shots.collect::<Vec<_>>()).unwrap().law;
-        assert_eq!(law.basis, ExponentBasis::Shots);
+        assert_eq!(law.basis, IntervalBasis::Shots);
         law.slope.abs() < law.half
     });
 }
@@ -210,7 +210,7 @@ fn val_intervals_of_the_regression_hold() {
     hold(300, 276..=294, |_| {
         let field = Field::from_array(trials.next().unwrap().to_owned());
         let law = slope("axis=time band=0.02,0.48", [&field]).unwrap().law;
-        assert_eq!(law.basis, ExponentBasis::Regression);
+        assert_eq!(law.basis, IntervalBasis::Regression);
         law.slope.abs() < law.half
     });
 }

@@ -39,13 +39,16 @@ const OF_LEAKAGE: f64 = 0.25;
 const ONE_WAY: f64 = 0.5;
 
 /// All choices of [`coherence`].
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug, Clone, PartialEq, smart_default::SmartDefault, serde::Serialize, serde::Deserialize,
+)]
 pub struct CoherenceRequest {
     /// Index of the site that all others are compared with.
     pub reference: usize,
     pub averaging: Averaging,
     pub gaps: Gaps,
     /// Probability by which the level of significance is exceeded by chance.
+    #[default(SIGNIFICANCE)]
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
     #[serde(skip)]
@@ -53,19 +56,6 @@ pub struct CoherenceRequest {
     /// Bytes of working memory; `None`: half of the free memory.
     #[serde(skip)]
     pub memory: Option<u64>,
-}
-
-impl Default for CoherenceRequest {
-    fn default() -> Self {
-        CoherenceRequest {
-            reference: 0,
-            averaging: Averaging::default(),
-            gaps: Gaps::Refuse,
-            alpha: SIGNIFICANCE,
-            threads: None,
-            memory: None,
-        }
-    }
 }
 
 /// What [`coherence`] finds. Arrays are `(frequency, site)`.

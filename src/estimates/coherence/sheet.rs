@@ -92,11 +92,7 @@ impl Coherence {
                 let towards = if waves.velocity > 0.0 { "+x" } else { "-x" };
                 let half = 0.5 * (waves.high - waves.low).abs();
                 let velocity = with_half(waves.velocity.abs(), half, &words.velocity);
-                let of = if waves.is_dispersive {
-                    "by frequency"
-                } else {
-                    &share
-                };
+                let of = [&share[..], "by frequency"][usize::from(waves.is_dispersive)];
                 format!("; waves travel towards {towards} at {velocity} ({of})")
             }
             (None, Some((site, delay))) => {
@@ -179,14 +175,10 @@ impl Coherence {
             let several = series[0].points.len() > 1;
             several.then(|| Chart::of(title, words.label(x), y, series).about_zero())
         };
-        let (delay, velocity) = (
-            label("delay", &words.time),
-            label("velocity", &words.velocity),
-        );
-        let title = "delay behind the reference";
-        let delays = chart(title, Role::Position, delay, delays.collect());
-        let title = "phase velocity";
-        let speeds = chart(title, Role::Frequency, velocity, speeds.collect());
+        let (title, y) = ("delay behind the reference", label("delay", &words.time));
+        let delays = chart(title, Role::Position, y, delays.collect());
+        let (title, y) = ("phase velocity", label("velocity", &words.velocity));
+        let speeds = chart(title, Role::Frequency, y, speeds.collect());
         delays.into_iter().chain(speeds).collect()
     }
 }

@@ -15,7 +15,7 @@ use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
 
 /// All choices of [`bicoherence`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, smart_default::SmartDefault)]
 pub struct BicoherenceRequest {
     /// Index of the site of the two frequencies whose sum or difference is taken.
     pub site: usize,
@@ -27,26 +27,12 @@ pub struct BicoherenceRequest {
     pub averaging: Averaging,
     pub gaps: Gaps,
     /// Probability by which a level is exceeded by chance.
+    #[default(SIGNIFICANCE)]
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
     pub memory: Option<u64>,
-}
-
-impl Default for BicoherenceRequest {
-    fn default() -> Self {
-        BicoherenceRequest {
-            site: 0,
-            output: None,
-            along: Vec::new(),
-            averaging: Averaging::default(),
-            gaps: Gaps::Refuse,
-            alpha: SIGNIFICANCE,
-            threads: None,
-            memory: None,
-        }
-    }
 }
 
 /// What [`bicoherence`] finds.
@@ -241,24 +227,6 @@ impl BicoherenceRequest {
         let expected = "more samples, for one triple of frequencies";
         Error::require(is_enough, "segment", expected, length)?;
         Ok(all)
-    }
-}
-
-pub(super) fn refuse<T>(
-    option: &'static str,
-    expected: impl Into<String>,
-    found: impl ToString,
-) -> Result<T> {
-    Err(Error::request(option, expected, found))
-}
-
-/// # Errors
-/// [`Error::Request`] for a site that is none.
-pub(super) fn check_site(option: &'static str, site: usize, n_sites: usize) -> Result<()> {
-    let expected = || format!("a site from 0 to {}", n_sites.saturating_sub(1));
-    match site < n_sites {
-        true => Ok(()),
-        false => refuse(option, expected(), site),
     }
 }
 

@@ -30,8 +30,8 @@ impl Describe for Bicoherence {
         let (words, along) = (self.words(), &self.along);
         let (site, output) = (self.site, self.output);
         let (cells, cell, map) = (self.cells(), self.cell_level(), self.map_level());
-        let [of_cell, of_map] =
-            [cell, map].map(|level| self.independence.level_in_words(level, self.alpha));
+        let in_words = |level| self.independence.level_in_words(level, self.alpha);
+        let [of_cell, of_map] = [cell, map].map(in_words);
         let title = format!("Bicoherence of site {site} with site {output}");
         let mut sheet = Sheet {
             version: 2,
@@ -137,12 +137,9 @@ impl Bicoherence {
         let cycles = &units.frequency[..];
         sheet.axis(Role::Frequency, &units, &self.frequency);
         for (i, name) in ["first", "second", "third"].into_iter().enumerate() {
-            let values = self
-                .map
-                .bins
-                .iter()
-                .map(|bins| bins[i] as f64 * self.frequency[1]);
-            sheet.line(name, "triple", cycles, values.collect::<Vec<f64>>());
+            let bins = self.map.bins.iter().map(|bins| bins[i] as f64);
+            let values: Vec<f64> = bins.map(|bin| bin * self.frequency[1]).collect();
+            sheet.line(name, "triple", cycles, values);
         }
         sheet.line("bicoherence", "triple", "", &self.map.bicoherence);
         sheet.line("biphase", "triple", "rad", &self.map.biphase);
@@ -152,12 +149,8 @@ impl Bicoherence {
         }
         let sites: Vec<f64> = along.sites.iter().map(|j| *j as f64).collect();
         sheet.line("along_site", "along_site", "", sites);
-        sheet.line(
-            "along_position",
-            "along_site",
-            &units.space,
-            self.positions(),
-        );
+        let positions = self.positions();
+        sheet.line("along_position", "along_site", &units.space, positions);
         for (name, unit, array) in [
             ("along_largest", "", &along.largest),
             ("along_first", cycles, &along.first),

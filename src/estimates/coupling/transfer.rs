@@ -1,15 +1,15 @@
 //! Linear and quadratic transfer between two sites.
 
-use super::bicoherence::{check_site, only_one_window, refuse};
+use super::bicoherence::only_one_window;
 use super::fit::{Fit, OutputFit, Resamplings};
 use super::found::{Transfer, TransferShares};
 use super::products::LEAST_POWER;
 use super::spectra::{Spectra, last_bin};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, Records, SegmentScratch, Shots, check_significance,
-    first_of, steadiness,
+    Averaging, Independence, Realisations, Records, SegmentScratch, Shots, a_site,
+    check_significance, first_of, steadiness,
 };
 use crate::field::Field;
 use crate::numeric::deviation;
@@ -19,11 +19,12 @@ use crate::system::check_memory;
 use crate::system::threads::in_pool;
 
 /// All choices of [`transfer`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, smart_default::SmartDefault)]
 pub struct TransferRequest {
     /// Index of the site of the input.
     pub from: usize,
     /// Index of the site of the output.
+    #[default(1)]
     pub to: usize,
     /// Samples by which the output is taken later: the time that waves need from one to the other.
     pub lag: usize,
@@ -33,30 +34,15 @@ pub struct TransferRequest {
     pub averaging: Averaging,
     pub gaps: Gaps,
     /// Probability by which an interval errs.
+    #[default(SIGNIFICANCE)]
     pub alpha: f64,
     /// How often realisations are drawn anew for the errors.
+    #[default(200)]
     pub resamplings: usize,
     /// Worker threads; `None`: one a core.
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
     pub memory: Option<u64>,
-}
-
-impl Default for TransferRequest {
-    fn default() -> Self {
-        TransferRequest {
-            from: 0,
-            to: 1,
-            lag: 0,
-            highest: None,
-            averaging: Averaging::default(),
-            gaps: Gaps::Refuse,
-            alpha: SIGNIFICANCE,
-            resamplings: 200,
-            threads: None,
-            memory: None,
-        }
-    }
 }
 
 /// Linear and quadratic transfer from one site to another.
@@ -112,10 +98,8 @@ pub fn transfer(
     let df = 1.0 / (length as f64 * first.time.step);
     let highest = request.highest.map(|f| (f / df * (1.0 + 1e-12)) as usize);
     let last = last_bin(length).min(highest.unwrap_or(usize::MAX));
-    if last < 2 {
-        let expected = format!("at least two frequencies, multiples of {df}, below the highest");
-        return refuse("highest", expected, last);
-    }
+    let expected = format!("at least two frequencies, multiples of {df}, below the highest");
+    Error::require(last >= 2, "highest", expected, last)?;
     let (gaps, memory) = (request.gaps, request.memory);
     let shots = Shots::new(fields, gaps, memory, first.n_times(), observer)?;
     let needed = [(request.from, 0), (request.to, request.lag)];
@@ -130,24 +114,20 @@ pub fn transfer(
 }
 
 fn check(first: &Field, request: &TransferRequest) -> Result<()> {
-    check_site("site", request.from, first.n_sites())?;
-    check_site("transfer", request.to, first.n_sites())?;
-    if request.from == request.to {
-        let expected = "another site than that of the input";
-        return refuse("transfer", expected, request.to);
+    let (from, to, sites, times) = (request.from, request.to, first.n_sites(), first.n_times());
+    for (option, site) in [("site", from), ("transfer", to)] {
+        Error::require(site < sites, option, a_site(sites), site)?;
     }
-    if request.lag >= first.n_times() {
-        let expected = format!("a lag below the {} samples of the record", first.n_times());
-        return refuse("lag", expected, request.lag);
-    }
-    let is_none = |f: &f64| !(*f > 0.0 && f.is_finite());
-    if let Some(found) = request.highest.filter(is_none) {
-        return refuse("highest", "a frequency above 0", found);
-    }
+    let other = "another site than that of the input";
+    Error::require(from != to, "transfer", other, to)?;
+    let lag = format!("a lag below the {times} samples of the record");
+    Error::require(request.lag < times, "lag", lag, request.lag)?;
+    let highest = request.highest.unwrap_or(1.0);
+    let is_one = highest > 0.0 && highest.is_finite();
+    Error::require(is_one, "highest", "a frequency above 0", highest)?;
     check_significance(request.alpha)?;
-    if request.resamplings < 20 {
-        return refuse("resamplings", "at least 20", request.resamplings);
-    }
+    let resamplings = request.resamplings;
+    Error::require(resamplings >= 20, "resamplings", "at least 20", resamplings)?;
     only_one_window(&request.averaging)
 }
 
@@ -193,15 +173,16 @@ impl Pass<'_> {
             );
             let none = "one: a transient, or a single segment, is one realisation";
             let found = found.map_or(none.into(), |independent| format!("{independent:.1}"));
-            return refuse("segment", expected, found);
+            return Err(Error::request("segment", expected, found));
         };
         let realisations = [shots, self.realisations.segment_count()];
         let is_transient = independence.is_transient();
         let draws = Resamplings::new(realisations, is_transient, request.resamplings);
-        if draws.blocks() < LEAST_BLOCKS {
-            let expected = format!("at least {LEAST_BLOCKS} blocks of realisations to draw from");
-            return refuse("segment", expected, draws.blocks());
-        }
+        let (expected, blocks) = (
+            "at least 10 blocks of realisations to draw from",
+            draws.blocks(),
+        );
+        Error::require(blocks >= 10, "segment", expected, blocks)?;
         let threads = rayon::current_num_threads() as u64;
         // Pairs of all outputs together, at most.
         let pairs = (self.last * self.last) as u64;
@@ -304,6 +285,3 @@ fn clear_rounding(records: &mut [[Spectra; 2]]) {
         }
     }
 }
-
-/// Blocks of realisations without which no error is stated.
-const LEAST_BLOCKS: usize = 10;

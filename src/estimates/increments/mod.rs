@@ -6,12 +6,12 @@ mod sheet;
 mod sums;
 
 pub use result::{
-    AxisIncrements, ExponentBasis, IncrementHistogram, Increments, IncrementsRequest,
-    IntervalBasis, ScaleMoments, ScalingExponents,
+    AxisIncrements, IncrementHistogram, Increments, IncrementsRequest, IntervalBasis, ScaleMoments,
+    ScalingExponents,
 };
-pub use sums::FieldAxis;
 
 use crate::error::{Error, Result};
+use crate::estimates::FieldAxis;
 use crate::estimates::realisations::{
     LEAST_STEADINESS, check_significance, first_of, steadiness_of_field,
 };
@@ -69,11 +69,9 @@ pub fn increments(
         steps_of(&request.separations, n_sites, "separations")?,
         steps_of(&request.lags, n_times, "lags")?,
     ];
-    if steps.iter().all(Vec::is_empty) {
-        let expected = "at least two times or sites";
-        let found = format!("{n_times} times by {n_sites} sites");
-        return Err(Error::request("field", expected, found));
-    }
+    let has_steps = steps.iter().any(|steps| !steps.is_empty());
+    let found = format!("{n_times} times by {n_sites} sites");
+    Error::require(has_steps, "field", "at least two times or sites", found)?;
     in_pool(request.threads, || {
         let looked_at = (0..n_sites).step_by(n_sites.div_ceil(SITES));
         let steadiness = steadiness_of_field(first, looked_at.map(|site| site..site + 1), 1.0);
@@ -116,13 +114,11 @@ fn steps_of(typed: &Option<Vec<usize>>, n: usize, option: &'static str) -> Resul
     let mut steps = typed.clone().unwrap_or_else(|| usual.collect());
     steps.sort_unstable();
     steps.dedup();
-    match steps.iter().find(|step| **step == 0 || **step >= n) {
-        Some(step) => {
-            let expected = format!("steps of 1 to {}", n - 1);
-            Err(Error::request(option, expected, step))
-        }
-        None => Ok(steps),
+    for step in &steps {
+        let expected = format!("steps of 1 to {}", n - 1);
+        Error::require((1..n).contains(step), option, expected, step)?;
     }
+    Ok(steps)
 }
 
 /// All fields along one axis.
@@ -167,11 +163,9 @@ impl Values {
         let within = student_two_sided(self.alpha, without.len().max(2) as f64 - 1.0);
         let half = |i: usize| {
             let of_each: Vec<f64> = without.iter().map(|one| one[i]).collect();
-            let is_known = of_each.len() > 1;
-            if is_known {
-                within * jackknife(&of_each)
-            } else {
-                f64::NAN
+            match of_each.len() {
+                0..2 => f64::NAN,
+                _ => within * jackknife(&of_each),
             }
         };
         (of(&all), std::array::from_fn(half), without.len())
@@ -198,7 +192,7 @@ impl Along<'_> {
         let (each, independent) = match self.basis {
             IntervalBasis::Shots => (of_shots, self.steps.len()),
             IntervalBasis::Parts => (shots.into_iter().next().unwrap_or_default(), short),
-            IntervalBasis::None => (Vec::new(), short),
+            _ => (Vec::new(), short),
         };
         let values = Values {
             all,
@@ -271,12 +265,11 @@ impl Along<'_> {
             return Err(Error::request(option, expected, found));
         }
         let of_line = |p| line(&all, p).map_or(f64::NAN, |l| l.half_interval(values.alpha));
-        let basis = match self.basis {
-            _ if count < 2 => ExponentBasis::Regression,
-            IntervalBasis::Shots => ExponentBasis::Shots,
-            _ => ExponentBasis::Parts,
+        let basis = match count {
+            0..2 => IntervalBasis::Regression,
+            _ => self.basis,
         };
-        if basis == ExponentBasis::Regression {
+        if basis == IntervalBasis::Regression {
             half = std::array::from_fn(of_line);
         }
         Ok(Some(ScalingExponents {

@@ -1,13 +1,12 @@
 //! What is requested of increments, and what is found.
 
 use super::moments::{ORDERS, STATISTICS};
-use super::sums::FieldAxis;
-use crate::estimates::SIGNIFICANCE;
+use crate::estimates::{FieldAxis, SIGNIFICANCE};
 use crate::field::Axis;
 use crate::numeric::student_two_sided;
 
 /// All choices of [`increments`](super::increments()).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, smart_default::SmartDefault)]
 pub struct IncrementsRequest {
     /// Separations in sites; `None`: powers of the root of two up to a quarter of the sites.
     pub separations: Option<Vec<usize>>,
@@ -18,28 +17,15 @@ pub struct IncrementsRequest {
     /// Lags, in units of time, over which exponents are fitted.
     pub lag_band: Option<(f64, f64)>,
     /// Scales of each axis with a histogram.
+    #[default(4)]
     pub histograms: usize,
     /// Intervals hold with probability `1 - alpha`.
+    #[default(SIGNIFICANCE)]
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
     pub memory: Option<u64>,
-}
-
-impl Default for IncrementsRequest {
-    fn default() -> Self {
-        IncrementsRequest {
-            separations: None,
-            lags: None,
-            band: None,
-            lag_band: None,
-            histograms: 4,
-            alpha: SIGNIFICANCE,
-            threads: None,
-            memory: None,
-        }
-    }
 }
 
 /// What [`increments`](super::increments()) finds.
@@ -59,7 +45,7 @@ pub struct Increments {
     pub axes: Vec<AxisIncrements>,
 }
 
-/// What the intervals of means rest on.
+/// What intervals rest on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum IntervalBasis {
@@ -67,6 +53,8 @@ pub enum IntervalBasis {
     Shots,
     /// Each of 16 parts of a stationary record is one value.
     Parts,
+    /// The residuals of a regression alone: deviations from a power law, but not what another record would give.
+    Regression,
     /// A transient is one realisation.
     None,
 }
@@ -167,22 +155,9 @@ pub struct ScalingExponents {
     pub exponents: [f64; ORDERS],
     /// Half of their intervals.
     pub half: [f64; ORDERS],
-    pub basis: ExponentBasis,
+    pub basis: IntervalBasis,
     /// Slopes against `ln S_3` (extended self-similarity).
     pub relative: [f64; ORDERS],
-}
-
-/// What the interval of an exponent is one of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ExponentBasis {
-    /// Other shots.
-    Shots,
-    /// Other records of the same length, from the parts of this one.
-    Parts,
-    /// Of the residuals of the regression alone: it holds the deviations from a power law, but not
-    /// what another record would give.
-    Regression,
 }
 
 /// Histogram of increments over their root mean square.

@@ -30,7 +30,7 @@ impl Describe for Increments {
         let basis = match self.basis {
             IntervalBasis::Shots => format!("over {} shots", self.shots),
             IntervalBasis::Parts => "over 16 parts of the record, taken as stationary".into(),
-            IntervalBasis::None => "none: one transient is one realisation".into(),
+            _ => "none: one transient is one realisation".into(),
         };
         let answers = self.axes.iter().map(|axis| axis.answer(self));
         let mut sheet = Sheet {
@@ -179,14 +179,16 @@ impl AxisIncrements {
             sheet.line(&named(name), &scale, unit, values);
         }
         let axes = [(&scale[..], n), ("order", if n > 0 { ORDERS } else { 0 })];
-        let half = self.scales.iter().flat_map(|m| m.half[..ORDERS].to_vec());
-        let half: Vec<f64> = half.collect();
-        sheet.variable(&named("structure_half"), &axes, "", half);
-        let structure = self.scales.iter().flat_map(|m| m.structure);
-        let structure: Vec<f64> = structure.collect();
-        sheet.variable(&named("structure"), &axes, "", structure);
-        let scales = self.histograms.iter().map(|h| self.scales[h.index].scale);
-        let scales: Vec<f64> = scales.collect();
+        let orders: [(_, fn(&ScaleMoments) -> &[f64]); 2] = [
+            ("structure_half", |m| &m.half[..ORDERS]),
+            ("structure", |m| &m.structure),
+        ];
+        for (name, of) in orders {
+            let values: Vec<f64> = self.scales.iter().flat_map(of).copied().collect();
+            sheet.variable(&named(name), &axes, "", values);
+        }
+        let histograms = self.histograms.iter();
+        let scales: Vec<f64> = histograms.map(|h| self.scales[h.index].scale).collect();
         let (of_histogram, count) = (named("histogram_scale"), scales.len());
         sheet.line(&of_histogram, &of_histogram, length, scales);
         let Some(first) = self.histograms.first() else {

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::Along;
 use super::moments::{LOCAL, MOVED, ORDERS, PowerSums, Sums};
 use crate::error::{Error, Result};
+use crate::estimates::FieldAxis;
 use crate::estimates::realisations::TOGETHER;
 use crate::field::Field;
 use crate::system::check_memory;
@@ -25,24 +26,6 @@ const READ: usize = 1 << 17;
 pub(super) const CELLS: usize = 80;
 /// Its reach, in root mean squares to both sides.
 pub(super) const REACH: f64 = 10.0;
-
-/// Along which axis increments are taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum FieldAxis {
-    Space,
-    Time,
-}
-
-impl FieldAxis {
-    /// The one of this axis, of one along x and one in time.
-    pub(crate) fn of<T>(self, [space, time]: [T; 2]) -> T {
-        match self {
-            FieldAxis::Space => space,
-            FieldAxis::Time => time,
-        }
-    }
-}
 
 /// Of a pair of sites, or of a record and itself a lag on, over a block of times: increments, those that are not 0, sums
 /// of squares and of fourth powers.

@@ -28,35 +28,23 @@ use shapes::ShapeSearch;
 use snapshots::{Cell, Eigenvalues, Snapshots, Solved};
 
 /// All choices of [`modes`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, smart_default::SmartDefault)]
 pub struct ModesRequest {
     /// Frequencies whose modes are kept, each taken as the nearest bin; empty: that of the largest
     /// eigenvalue, of those with a coherent motion where there are any.
     pub frequencies: Vec<f64>,
     /// Modes that are kept of each of these frequencies.
+    #[default(3)]
     pub modes: usize,
     pub averaging: Averaging,
     pub gaps: Gaps,
     /// The intervals of the eigenvalues hold with probability `1 - alpha`.
+    #[default(SIGNIFICANCE)]
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
     pub memory: Option<u64>,
-}
-
-impl Default for ModesRequest {
-    fn default() -> Self {
-        ModesRequest {
-            frequencies: Vec::new(),
-            modes: 3,
-            averaging: Averaging::default(),
-            gaps: Gaps::Refuse,
-            alpha: SIGNIFICANCE,
-            threads: None,
-            memory: None,
-        }
-    }
 }
 
 /// Probability by which unrelated records have a coherent motion at any of the frequencies: one field in a thousand, since who looks for

@@ -179,13 +179,9 @@ impl Modes {
     fn eigenvalue_chart(&self) -> Chart {
         let total = self.points(|bin| self.total[bin]);
         let mut series = vec![Series::line("all modes", BLACK, total).with(Look::Dashed)];
-        let ends = self
-            .points(|bin| self.eigenvalues[[bin, 0]])
-            .into_iter()
-            .enumerate();
-        let ends = ends.map(|(i, (_, value))| {
-            let [low, high] = self.interval(i + 1).unwrap_or([f64::NAN; 2]);
-            (low * value, high * value)
+        let ends = (1..self.frequency.len()).map(|bin| {
+            let ends = self.interval(bin).unwrap_or([f64::NAN; 2]);
+            ends.map(|end| end * self.eigenvalues[[bin, 0]]).into()
         });
         for (n, colour) in (0..self.eigenvalues.ncols()).zip(SHOWN) {
             let points = self.points(|bin| self.eigenvalues[[bin, n]]);

@@ -12,12 +12,11 @@ pub use steepening::Steepening;
 use num_complex::Complex;
 
 use crate::error::{Error, Result};
-use crate::estimates::SIGNIFICANCE;
-use crate::estimates::increments::{ExponentBasis, FieldAxis};
 use crate::estimates::realisations::{
     Averaging, Realisations, SegmentScratch, Shots, TOGETHER, Tapers, check_significance, first_of,
     refuse_left_out,
 };
+use crate::estimates::{FieldAxis, IntervalBasis, SIGNIFICANCE};
 use crate::field::{Axis, Field};
 use crate::numeric::{LineFit, at_or_below, mean_of};
 use crate::observer::Observer;
@@ -28,42 +27,31 @@ use breaks::breaks;
 use frames::Frame;
 
 /// All choices of [`slope`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, smart_default::SmartDefault)]
 pub struct SlopeRequest {
     /// Of the spectrum over wavenumbers, or over frequencies.
+    #[default(FieldAxis::Space)]
     pub axis: FieldAxis,
     /// Wavenumbers in rad per unit of length, or frequencies in cycles per unit of time.
+    #[default((0.0, f64::INFINITY))]
     pub band: (f64, f64),
     /// Breaks that are searched in the band, at most 2.
+    #[default(1)]
     pub breaks: usize,
     /// Frames of times with a slope of their own; along x alone.
+    #[default(64)]
     pub frames: usize,
     /// Along x a segment is by default all sites.
     pub averaging: Averaging,
     /// Along x, snapshots with gaps are left out instead.
     pub gaps: Gaps,
     /// Intervals hold with probability `1 - alpha`, and breaks are accepted below `alpha`.
+    #[default(SIGNIFICANCE)]
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
     pub memory: Option<u64>,
-}
-
-impl Default for SlopeRequest {
-    fn default() -> Self {
-        SlopeRequest {
-            axis: FieldAxis::Space,
-            band: (0.0, f64::INFINITY),
-            breaks: 1,
-            frames: 64,
-            averaging: Averaging::default(),
-            gaps: Gaps::Refuse,
-            alpha: SIGNIFICANCE,
-            threads: None,
-            memory: None,
-        }
-    }
 }
 
 /// What [`slope`] finds.
@@ -101,7 +89,7 @@ pub struct PowerLaw {
     pub slope: f64,
     /// Half of its interval: over shots, or of the regression.
     pub half: f64,
-    pub basis: ExponentBasis,
+    pub basis: IntervalBasis,
     pub prefactor: f64,
     /// Root mean square of the residuals of `ln S`.
     pub scatter: f64,
@@ -151,9 +139,8 @@ pub fn slope(fields: &[&Field], request: &SlopeRequest, observer: &dyn Observer)
         averaging.segment = averaging.segment.or(Some(n));
     }
     let realisations = &Realisations::new(&averaging, n)?;
-    if request.breaks > 2 {
-        return Err(Error::request("breaks", "0, 1 or 2 breaks", request.breaks));
-    }
+    let breaks = request.breaks;
+    Error::require(breaks <= 2, "breaks", "0, 1 or 2 breaks", breaks)?;
     check_significance(request.alpha)?;
     let length = realisations.segments.length;
     let abscissa = request.axis.of([
@@ -164,13 +151,11 @@ pub fn slope(fields: &[&Field], request: &SlopeRequest, observer: &dyn Observer)
     let is_inside = |x: f64| at_or_below(from, x) && at_or_below(x, to) && x > 0.0;
     let bins = (0..abscissa.len()).filter(|m| is_inside(abscissa[*m]));
     let bins: Vec<usize> = bins.collect();
-    if bins.len() < 3 {
-        let [apart, last] = [1, abscissa.len() - 1].map(|m| abscissa[m]);
-        let expected =
-            format!("a band with three or more of the bins, which are {apart} apart, up to {last}");
-        let found = format!("{from}:{to} with {}", bins.len());
-        return Err(Error::request("band", expected, found));
-    }
+    let [apart, last] = [1, abscissa.len() - 1].map(|m| abscissa[m]);
+    let expected =
+        format!("a band with three or more of the bins, which are {apart} apart, up to {last}");
+    let found = format!("{from}:{to} with {}", bins.len());
+    Error::require(bins.len() >= 3, "band", expected, found)?;
     let work = Work {
         fields,
         first,
@@ -218,24 +203,19 @@ impl Work<'_> {
         };
         let spectrum = mean_spectrum(&spectra);
         let all = self.points(&spectrum);
-        let Some(line) = LineFit::through(&all) else {
-            let found = format!("{} of them", all.len());
-            let expected = "a band with three or more bins of power";
-            return Err(Error::request("band", expected, found));
-        };
-        let lines = spectra
-            .iter()
-            .map(|one| LineFit::through(&self.points(one)));
-        let of_shots: Vec<f64> = lines.flatten().map(|line| line.slope).collect();
+        let (expected, found) = ("a band with three or more bins of power", all.len());
+        let refused = || Error::request("band", expected, format!("{found} of them"));
+        let line = LineFit::through(&all).ok_or_else(refused)?;
+        let slope = |one: &Vec<f64>| Some(LineFit::through(&self.points(one))?.slope);
+        let of_shots: Vec<f64> = spectra.iter().filter_map(slope).collect();
         // A window gives neighbouring bins a part in common.
         let of_line = || line.half_interval_of(alpha, self.realisations.shared_bins());
         let (half, basis) = match mean_of(&of_shots, alpha) {
-            Some((_, half)) => (half, ExponentBasis::Shots),
-            None => (of_line(), ExponentBasis::Regression),
+            Some((_, half)) => (half, IntervalBasis::Shots),
+            None => (of_line(), IntervalBasis::Regression),
         };
-        let steepening = frames
-            .as_ref()
-            .and_then(|frames| Steepening::of(frames, self));
+        let steepening = frames.as_ref();
+        let steepening = steepening.and_then(|frames| Steepening::of(frames, self));
         let segments = self.realisations.segments;
         Ok(Slope {
             axis: self.request.axis,

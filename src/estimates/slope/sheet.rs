@@ -2,7 +2,8 @@
 
 use serde_json::json;
 
-use super::{ExponentBasis, Slope};
+use super::Slope;
+use crate::estimates::IntervalBasis;
 use crate::sheet::{
     BLACK, BLUE, Chart, Describe, GREEN, Level, Look, Mark, Marker, PlotRow, Role, Series, Sheet,
     Units, VERMILLION, confidence, extent, listed, number, with_half,
@@ -26,7 +27,7 @@ impl Describe for Slope {
         let (words, law) = (self.words(), &self.law);
         let over = self.axis.of(["wavenumbers", "frequencies"]);
         let basis = match law.basis {
-            ExponentBasis::Shots => format!("over {} shots", self.shots),
+            IntervalBasis::Shots => format!("over {} shots", self.shots),
             _ => "of the regression".into(),
         };
         let (share, bins) = (confidence(self.alpha), law.points);

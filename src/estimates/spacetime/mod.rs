@@ -23,38 +23,26 @@ use pass::Pass;
 use totals::Totals;
 
 /// All choices of [`spacetime`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, smart_default::SmartDefault)]
 pub struct SpaceTimeRequest {
     /// Along time.
     pub averaging: Averaging,
     /// The whole record as one segment, whatever `averaging` says of segments.
     pub is_whole: bool,
     /// Along space, over all sites.
+    #[default(Tapers::Window(Window::USUAL))]
     pub space: Tapers,
     /// Whether several tapers have Thomson's adaptive weights; else all have the same.
+    #[default(true)]
     pub is_adaptive: bool,
     pub gaps: Gaps,
     /// Probability by which the true spectrum is outside of its interval.
+    #[default(SIGNIFICANCE)]
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
     pub memory: Option<u64>,
-}
-
-impl Default for SpaceTimeRequest {
-    fn default() -> Self {
-        SpaceTimeRequest {
-            averaging: Averaging::default(),
-            is_whole: false,
-            space: Tapers::Window(Window::USUAL),
-            is_adaptive: true,
-            gaps: Gaps::Refuse,
-            alpha: SIGNIFICANCE,
-            threads: None,
-            memory: None,
-        }
-    }
 }
 
 /// What [`spacetime`] finds. Arrays are `(frequency, wavenumber)`.

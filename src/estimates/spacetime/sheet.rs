@@ -76,9 +76,7 @@ impl Describe for SpaceTimeEstimate {
         let at_f = format!("at f = {at_f} {}", words.frequency);
         let at_k = format!("at k = {at_k} {}", words.wavenumber);
         let along_k = self.cut(at_f, (Role::Wavenumber, &self.wavenumber), |i| (row, i));
-        let along_f = self.cut(at_k, (Role::Frequency, &self.frequency[..]), |m| {
-            (m, column)
-        });
+        let along_f = self.cut(at_k, (Role::Frequency, &self.frequency), |m| (m, column));
         vec![
             PlotRow::of([self.map()]).high(1.4),
             PlotRow::of([along_k, along_f]),

@@ -5,8 +5,9 @@ use ndarray::Array2;
 use super::lines::{LINE_BLOCKS, Line, OFFSETS, line_and_rest};
 use super::noise::LeadIn;
 use super::pass::{Pass, TileSums};
-use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate};
+use super::{LeftOutEach, LineTest, SpectrumEstimate};
 use crate::error::Result;
+use crate::estimates::FieldAxis;
 use crate::estimates::realisations::{FactorTable, Independence, TOGETHER, share_that_counts};
 use crate::numeric::lanes::LaneBlock;
 use crate::numeric::{fisher_level, fisher_tail, median, student_two_sided};
@@ -157,7 +158,7 @@ impl Pass<'_> {
         let half_bandwidth = self.request.averaging.tapers.half_bandwidth();
         let mut found = SpectrumEstimate {
             noise: None,
-            along: SpectrumAxis::Time,
+            along: FieldAxis::Time,
             mean: None,
             mean_is_removed: self.realisations.about_mean(),
             detrended,
@@ -184,7 +185,7 @@ impl Pass<'_> {
             jackknife,
             left_out,
         };
-        if has_noise && self.request.along == SpectrumAxis::Time {
+        if has_noise && self.request.along == FieldAxis::Time {
             let lead_ins = tiles.iter().flat_map(|tile| tile.lead_ins);
             let lead_ins: Vec<LeadIn> = lead_ins.take(shape.1).collect();
             found.find_noise(&lead_ins, 2.0 * density, self.realisations.shared_bins());

@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::{SpectrumAxis, SpectrumEstimate, found::DETRENDED};
+use super::{SpectrumEstimate, found::DETRENDED};
+use crate::estimates::FieldAxis;
 use crate::estimates::realisations::{LEAST_STEADINESS, steadiness};
 use crate::numeric::{jackknife, student_two_sided};
 
@@ -35,7 +36,7 @@ pub struct MeanSpectrum {
 impl SpectrumEstimate {
     /// What was found of a field with exchanged axes: the axes put back, wavenumbers in rad, the mean over time.
     pub(super) fn along_space(mut self) -> Self {
-        self.along = SpectrumAxis::Space;
+        self.along = FieldAxis::Space;
         std::mem::swap(&mut self.time, &mut self.space);
         self.bins.iter_mut().for_each(|bin| *bin *= TAU);
         self.half_bandwidth = self.half_bandwidth.map(|half| half * TAU);

@@ -18,55 +18,40 @@ pub use peaks::Peak;
 use ndarray::Array2;
 
 use crate::error::{Error, Result};
-use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
     Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, check_significance, first_of,
     least_median_most,
 };
+use crate::estimates::{FieldAxis, SIGNIFICANCE};
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
 pub(super) use pass::Pass;
 
-/// Along which axis spectra are taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum SpectrumAxis {
-    /// Records of sites: `S(f)` at each site.
-    #[default]
-    Time,
-    /// Snapshots: `S(k)` at each time, one-sided, per rad; and their mean over time.
-    Space,
-}
-
-impl SpectrumAxis {
-    /// The first of two along time, the second along space.
-    fn of<T>(self, [time, space]: [T; 2]) -> T {
-        match self {
-            SpectrumAxis::Time => time,
-            SpectrumAxis::Space => space,
-        }
-    }
-}
-
 /// All choices of [`spectrum`].
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug, Clone, PartialEq, smart_default::SmartDefault, serde::Serialize, serde::Deserialize,
+)]
 pub struct SpectrumRequest {
-    pub along: SpectrumAxis,
+    /// Time: `S(f)` at each site. Space: `S(k)` at each time, one-sided, per rad, and their mean over time.
+    pub along: FieldAxis,
     pub averaging: Averaging,
     /// The whole record as one segment, whatever `averaging` says of segments: under one window, a
     /// periodogram.
     pub is_whole: bool,
     /// Whether several tapers have Thomson's adaptive weights; else all have the same.
+    #[default(true)]
     pub is_adaptive: bool,
     /// Whether there is a jackknife, which takes each realisation a second time.
+    #[default(true)]
     pub has_jackknife: bool,
     pub gaps: Gaps,
     /// Subtract the noise of each site from its spectrum, along time.
     pub subtract_noise: bool,
     /// Probability by which the true spectrum is outside of its interval, and by which a line is found by
     /// chance.
+    #[default(SIGNIFICANCE)]
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
     #[serde(skip)]
@@ -74,23 +59,6 @@ pub struct SpectrumRequest {
     /// Bytes of working memory; `None`: half of the free memory.
     #[serde(skip)]
     pub memory: Option<u64>,
-}
-
-impl Default for SpectrumRequest {
-    fn default() -> Self {
-        SpectrumRequest {
-            along: SpectrumAxis::Time,
-            averaging: Averaging::default(),
-            is_whole: false,
-            is_adaptive: true,
-            has_jackknife: true,
-            gaps: Gaps::Refuse,
-            subtract_noise: false,
-            alpha: SIGNIFICANCE,
-            threads: None,
-            memory: None,
-        }
-    }
 }
 
 /// What a jackknife leaves out, one after another.
@@ -125,7 +93,7 @@ pub struct LineTest {
 /// "site" and "snapshot" for "record" then.
 #[derive(Debug, Clone)]
 pub struct SpectrumEstimate {
-    pub along: SpectrumAxis,
+    pub along: FieldAxis,
     /// Frequencies in cycles per unit of time, or wavenumbers in rad per unit of length.
     pub bins: Vec<f64>,
     pub time: Axis,
@@ -181,7 +149,7 @@ impl SpectrumEstimate {
 
     /// Position of a site, or a time.
     pub fn coordinate(&self, column: usize) -> f64 {
-        self.along.of([&self.space, &self.time]).at(column)
+        self.along.of([&self.time, &self.space]).at(column)
     }
 
     /// The site with the largest mean square.
@@ -256,8 +224,8 @@ pub fn spectrum(
     let transposed: Vec<Field>;
     let exchanged: Vec<&Field>;
     let (first, fields) = match request.along {
-        SpectrumAxis::Time => (given, fields),
-        SpectrumAxis::Space => {
+        FieldAxis::Time => (given, fields),
+        FieldAxis::Space => {
             transposed = fields.iter().map(|field| field.transposed()).collect();
             exchanged = transposed.iter().collect();
             (exchanged[0], &exchanged[..])
@@ -270,8 +238,8 @@ pub fn spectrum(
         let grid = Grid::of(first);
         let found = Pass::new(request, &realisations, &grid, fields.len()).run(&shots)?;
         Ok(match request.along {
-            SpectrumAxis::Time => found,
-            SpectrumAxis::Space => found.along_space(),
+            FieldAxis::Time => found,
+            FieldAxis::Space => found.along_space(),
         })
     })
 }
@@ -292,7 +260,7 @@ impl SpectrumRequest {
             "no jackknife in parts, which compares the mean of all realisations with each";
         let noise = "no noise subtracted in parts, which is read off the beginning of each record";
         for (holds, option, expected) in [
-            (self.along == SpectrumAxis::Time, "along", along_time),
+            (self.along == FieldAxis::Time, "along", along_time),
             (!self.has_jackknife, "part", jackknife),
             (!self.subtract_noise, "subtract-noise", noise),
         ] {

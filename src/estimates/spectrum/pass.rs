@@ -5,8 +5,9 @@ use rayon::prelude::*;
 
 use super::lines::{LINE_BLOCKS, Line, OFFSETS, TaperSums};
 use super::noise::LeadIn;
-use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
+use super::{LeftOutEach, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
+use crate::estimates::FieldAxis;
 use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
     Average, Grid, Independence, KeptSegments, Portion, Realisations, SegmentScratch, Shot, Shots,
@@ -187,7 +188,7 @@ impl<'a> Pass<'a> {
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
         let is_whole = shot.portion.segments.len() == self.realisations.segments.count();
-        let may_lead_in = is_whole && self.request.along == SpectrumAxis::Time;
+        let may_lead_in = is_whole && self.request.along == FieldAxis::Time;
         for (lane, site) in sites.clone().enumerate() {
             if may_lead_in && shot.missing(site).is_empty() {
                 tile.lead_ins[lane].add(&records.record(lane));

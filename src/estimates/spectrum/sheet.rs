@@ -103,8 +103,8 @@ impl SpectrumEstimate {
     /// What columns and bins count.
     fn roles(&self) -> [Role; 2] {
         self.along.of([
-            [Role::Position, Role::Frequency],
             [Role::Time, Role::Wavenumber],
+            [Role::Position, Role::Frequency],
         ])
     }
 
@@ -113,7 +113,7 @@ impl SpectrumEstimate {
     }
 
     fn columns_word(&self) -> &'static str {
-        self.along.of(["sites", "times"])
+        self.along.of(["times", "sites"])
     }
 
     /// The test for lines, where anything is significant.
@@ -231,7 +231,7 @@ impl SpectrumEstimate {
         let values = without_mean(&self.spectrum, self.mean_is_removed);
         let axes = [&coordinates[..], &self.bins];
         Chart {
-            title: self.along.of(["spectra S(f, x)", "spectra S(k, t)"]).into(),
+            title: self.along.of(["spectra S(k, t)", "spectra S(f, x)"]).into(),
             caption: format!("The power at all {}.", self.columns_word()),
             label: words.density_label(&roles[1..]),
             marks: vec![Mark::new(coordinates[self.loudest()], "below")],
@@ -259,19 +259,17 @@ impl SpectrumEstimate {
         let column = |array: &Array2<f64>| array.column(site).to_vec();
         let [spectrum, low, high] = [&self.spectrum, &self.low, &self.high].map(column);
         let title = self.along.of([
-            format!("spectrum of site {site} at {at} {}", words.space),
             format!("spectrum at the time {at} {}", words.time),
+            format!("spectrum of site {site} at {at} {}", words.space),
         ]);
         let mut chart = self.chart(title, spectrum.clone(), [&low, &high]);
         let half = column(&self.jackknife);
         if half.iter().any(|half| half.is_finite()) {
             for (sign, label) in [(-1.0, "by the jackknife"), (1.0, "")] {
                 let end = end_of(&spectrum, &half, sign);
-                let series = Series::of(label, BLACK, &self.bins, &end).with(Look::Dashed);
-                chart.series.push(Series {
-                    weight: Weight::Thin,
-                    ..series
-                });
+                let mut series = Series::of(label, BLACK, &self.bins, &end).with(Look::Dashed);
+                series.weight = Weight::Thin;
+                chart.series.push(series);
             }
         }
         let noise = self.noise.as_ref();

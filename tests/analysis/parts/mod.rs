@@ -262,7 +262,7 @@ fn regress_what_is_missing_twice_or_foreign_is_named() {
     for refused in [
         changed(welch(64, 32), |it| it.has_jackknife = true),
         SpectrumRequest {
-            along: wavecascade::estimates::SpectrumAxis::Space,
+            along: wavecascade::estimates::FieldAxis::Space,
             ..welch(8, 4)
         },
         welch(500, 0),

@@ -12,8 +12,7 @@ use serde_json::Value;
 use wavecascade::estimates::{
     self, Averaging, Bicoherence, BicoherenceRequest, Coherence, CoherenceRequest, FieldAxis,
     Increments, IncrementsRequest, Modes, ModesRequest, Slope, SlopeRequest, SpaceTimeEstimate,
-    SpaceTimeRequest, SpectrumAxis, SpectrumEstimate, SpectrumRequest, Tapers, Transfer,
-    TransferRequest,
+    SpaceTimeRequest, SpectrumEstimate, SpectrumRequest, Tapers, Transfer, TransferRequest,
 };
 use wavecascade::observer::{Observer, Silent};
 use wavecascade::prepare::Gaps;
@@ -124,7 +123,7 @@ pub fn spectrum<'f>(words: &str, shots: impl Shots<'f>) -> Found<SpectrumEstimat
     let take = |words: &Words, it: &mut SpectrumRequest| {
         words.averages(&mut it.averaging, &mut it.gaps);
         if words.has("along=space") {
-            it.along = SpectrumAxis::Space;
+            it.along = FieldAxis::Space;
         }
         it.is_whole = words.has("whole");
         it.is_adaptive = !words.has("equal");

@@ -59,11 +59,9 @@ impl SegmentArgs {
 impl AverageArgs {
     pub fn averaging(&self) -> Averaging {
         let usual = self.segments.averaging();
-        let slepian = self
-            .multitaper
-            .map(|(nw, count)| Tapers::Slepian { nw, count });
+        let slepian = |(nw, count)| Tapers::Slepian { nw, count };
         Averaging {
-            tapers: slepian.unwrap_or(usual.tapers),
+            tapers: self.multitaper.map_or(usual.tapers, slepian),
             ..usual
         }
     }

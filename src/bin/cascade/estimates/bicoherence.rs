@@ -132,11 +132,8 @@ impl Describe for Coupled {
     }
 
     fn pictures(&self) -> Vec<PlotRow> {
-        let transfer = self.transfer.iter().flat_map(Transfer::pictures);
-        self.bicoherence
-            .pictures()
-            .into_iter()
-            .chain(transfer)
-            .collect()
+        let mut rows = self.bicoherence.pictures();
+        rows.extend(self.transfer.iter().flat_map(Transfer::pictures));
+        rows
     }
 }

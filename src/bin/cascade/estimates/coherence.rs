@@ -28,11 +28,8 @@ pub struct Coherence {
 
 impl Estimate for Coherence {
     fn find(&self, given: Given, observer: &dyn Observer) -> Result<Found, Error> {
-        Ok(Found::of(coherence(
-            given.fields,
-            &self.request(),
-            observer,
-        )?))
+        let found = coherence(given.fields, &self.request(), observer)?;
+        Ok(Found::of(found))
     }
 
     fn parts(&self) -> Option<&PartArgs> {

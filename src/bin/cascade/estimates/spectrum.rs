@@ -1,7 +1,7 @@
 //! `cascade spectrum`: power spectral densities of all sites, with intervals.
 
 use wavecascade::estimates::{
-    Averaging, DividedRequest, SpaceTimeRequest, SpectrumAxis, SpectrumRequest, Tapers, spacetime,
+    Averaging, DividedRequest, FieldAxis, SpaceTimeRequest, SpectrumRequest, Tapers, spacetime,
     spectrum,
 };
 
@@ -61,9 +61,9 @@ pub struct Spectrum {
     pub estimate: EstimateArgs,
 }
 
-choice!(AlongArg => Option<SpectrumAxis> {
-    Time => Some(SpectrumAxis::Time),
-    Space => Some(SpectrumAxis::Space),
+choice!(AlongArg => Option<FieldAxis> {
+    Time => Some(FieldAxis::Time),
+    Space => Some(FieldAxis::Space),
     Both => None,
 });
 
@@ -97,7 +97,7 @@ impl Spectrum {
         }
     }
 
-    fn request(&self, along: SpectrumAxis) -> SpectrumRequest {
+    fn request(&self, along: FieldAxis) -> SpectrumRequest {
         SpectrumRequest {
             along,
             averaging: self.averaging(),
@@ -134,7 +134,7 @@ impl Estimate for Spectrum {
 
     /// Parts have no jackknife, and one axis.
     fn divided(&self) -> Result<DividedRequest, Error> {
-        let along: Option<SpectrumAxis> = self.along.into();
+        let along: Option<FieldAxis> = self.along.into();
         let along = along.ok_or_else(|| Error::request("along", "one axis", "both"))?;
         let request = SpectrumRequest {
             has_jackknife: false,
