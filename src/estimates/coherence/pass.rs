@@ -148,12 +148,12 @@ impl Pass<'_> {
         let (realisations, grid) = (self.realisations, self.grid);
         let (records, length) = (self.records, realisations.segments.length);
         let (bins, reference) = (realisations.bins(), self.request.reference);
-        let steadiness = tiles[reference / TOGETHER].steadiness()[reference % TOGETHER];
+        let steadiness = tiles[reference / TOGETHER].steadiness(reference);
         let steadiness = steadiness / records as f64;
         let density = grid.time.step / (records * realisations.count()) as f64;
         // Of a site from which segments are left out.
         let part = |j: usize| match &left {
-            None if tiles[j / TOGETHER].steadiness()[j % TOGETHER].is_nan() => f64::NAN,
+            None if tiles[j / TOGETHER].steadiness(j).is_nan() => f64::NAN,
             None => 1.0,
             // 0 / 0 where none are left.
             Some(left) => left.of as f64 / left.left[j] as f64,

@@ -132,7 +132,7 @@ impl Pass<'_> {
         let sites = self.request.along.clone();
         let found = sites.iter().zip(tiles.iter().flat_map(|tile| &tile.found));
         let found = found.map(|(site, (evenness, found))| {
-            let steadiness = tiles[site / TOGETHER].like.steadiness()[site % TOGETHER];
+            let steadiness = tiles[site / TOGETHER].like.steadiness(*site);
             (found, self.independence(steadiness, *evenness))
         });
         let columns: Vec<(&Vec<Found>, Independence)> = found.collect();

@@ -306,9 +306,9 @@ impl Pass<'_> {
     fn independence(&self, tiles: &[TileSpectra<'_>]) -> Independence {
         let shots = self.shots.count();
         let of_site = |site: usize| {
-            let (sums, lane) = (&tiles[site / TOGETHER].sums, site % TOGETHER);
-            let steadiness = sums.steadiness()[lane] / shots as f64;
-            (steadiness, sums.plain[0].0[lane])
+            let sums = &tiles[site / TOGETHER].sums;
+            let steadiness = sums.steadiness(site) / shots as f64;
+            (steadiness, sums.plain[0].0[site % TOGETHER])
         };
         let sites = 0..self.first.n_sites();
         let steadiness = steadiness_of_sites(sites.map(of_site).collect());

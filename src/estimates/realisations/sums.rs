@@ -95,9 +95,9 @@ impl Sums {
         sums
     }
 
-    /// Sums of the steadiness of whole records, of each lane; 1 for records of zeros.
-    pub fn steadiness(&self) -> [f64; WIDTH] {
-        self.of_records[0].0
+    /// The steadiness of a site of the tile, summed over whole records; 1 for records of zeros.
+    pub fn steadiness(&self, site: usize) -> f64 {
+        self.of_records[0].0[site % WIDTH]
     }
 
     /// Sum over whole records of the steadiness of the least steady lane.
@@ -105,9 +105,9 @@ impl Sums {
         self.of_records[1].0[0]
     }
 
-    /// What filled samples leave in a lane, over all records: white power, and the share of power that is lost.
-    pub fn filled(&self, lane: usize) -> [f64; 2] {
-        [2, 3].map(|kind| self.of_records[kind].0[lane])
+    /// What filled samples leave at a site, over all records: white power, and the share of power that is lost.
+    pub fn filled(&self, site: usize) -> [f64; 2] {
+        [2, 3].map(|kind| self.of_records[kind].0[site % WIDTH])
     }
 
     pub(super) fn add_filled(&mut self, lane: usize, left: [f64; 2]) {

@@ -117,7 +117,7 @@ impl Totals {
 
     /// The steadiness of the site at which half of the energy lies at sites that are less steady.
     pub fn steadiness(&self, records: usize) -> f64 {
-        let of = |j: usize| self.tiles[j / TOGETHER].steadiness()[j % TOGETHER] / records as f64;
+        let of = |j: usize| self.tiles[j / TOGETHER].steadiness(j) / records as f64;
         let energies = self.of_site(1).enumerate();
         steadiness_of_sites(energies.map(|(j, energy)| (of(j), energy)).collect())
     }

@@ -312,13 +312,12 @@ impl<'a> Pass<'a> {
     }
 
     pub fn steadiness(&self, tiles: &[TileSums], site: usize) -> f64 {
-        let sum = tiles[site / TOGETHER].sums.steadiness()[site % TOGETHER];
-        sum / self.records as f64
+        tiles[site / TOGETHER].sums.steadiness(site) / self.records as f64
     }
 
     /// What filled samples leave at a site, of the mean record.
     pub fn filled(&self, tiles: &[TileSums], site: usize) -> [f64; 2] {
-        let filled = tiles[site / TOGETHER].sums.filled(site % TOGETHER);
+        let filled = tiles[site / TOGETHER].sums.filled(site);
         filled.map(|sum| sum / self.records as f64)
     }
 
