@@ -38,15 +38,18 @@ REPEATED = [
 
 def printed(part):
     """What the README and the guide print"""
-    (part.folder / "examples").symlink_to(ROOT / "examples")
-    for page in ("README.md", "python/README.md", "docs/site/start.md", *documents.GUIDE):
+    for number, page in enumerate(("README.md", "python/README.md", "docs/site/start.md", *documents.GUIDE)):
+        # Results that another page has made are refused.
+        folder = part.folder / str(number)
+        folder.mkdir()
+        (folder / "examples").symlink_to(ROOT / "examples")
         for shell, text in documents.outputs(page):
             script = f'export COLUMNS=160; cascade() {{ {part.program} "$@"; }}; {shell}'
-            done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, cwd=part.folder)
+            done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, cwd=folder)
             what = f"what is shown under `{documents.commands(shell)[-1]}` and is not printed"
             left = documents.missing(text, done.stdout)
             part.same(what, "nothing", "; ".join(left) or "nothing", where=page, by="the program")
-            shutil.rmtree(part.folder / "out", ignore_errors=True)
+            shutil.rmtree(folder / "out", ignore_errors=True)
 
 
 def shown(part):

@@ -21,7 +21,7 @@ CLAIMS = [
         "reference`",
     ),
     (
-        "Budgets of 23 kinds of chains close",
+        "Budgets of 34 kinds of chains close",
         "accuracy.md, Budgets",
         "here random Hertz chains by NumPy, and eleven kinds by what the program states: `cargo "
         "test --test budget`",

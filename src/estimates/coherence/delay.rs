@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use column_fft::{Columns, ColumnsMut, ComplexToRealColumns};
+use ndarray::{Array2, ArrayView1};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -176,21 +177,24 @@ impl<'a> DelaySearch<'a> {
         (17 * bins + PLAN * points) as u64 + threads * (sums + columns + coherent) as u64
     }
 
-    /// What is found of each site; `independent`: its realisations with the reference, NaN where no significance can be stated.
-    pub fn find(&self, independent: &[f64]) -> Vec<Follows> {
+    /// What is found of each site; `independent`: its realisations with the reference at each frequency, NaN where no
+    /// significance can be stated.
+    pub fn find(&self, independent: &Array2<f64>) -> Vec<Follows> {
         let of_reference = is_own(self.cross.spectrum.column(self.cross.reference));
-        let tiles = independent.par_chunks(TOGETHER).enumerate();
-        let found = tiles.map_init(Scratch::default, |scratch, (tile, independent)| {
+        let sites = 0..independent.ncols();
+        let means: Vec<f64> = sites.map(|j| self.cross.independent_of(j)).collect();
+        let tiles = means.par_chunks(TOGETHER).enumerate();
+        let found = tiles.map_init(Scratch::default, |scratch, (tile, means)| {
             scratch.coherent.iter_mut().for_each(Vec::clear);
             let mut found = [Follows::default(); TOGETHER];
-            for (lane, independent) in independent.iter().enumerate() {
-                let site = (tile * TOGETHER + lane, *independent);
-                let coherent = self.choose(&of_reference, site);
+            for lane in 0..means.len() {
+                let site = tile * TOGETHER + lane;
+                let coherent = self.choose(&of_reference, (site, independent.column(site)));
                 found[lane].is_coherent = coherent.is_some();
                 scratch.coherent[lane] = coherent.unwrap_or_default();
             }
-            self.of_tile(independent, scratch, &mut found);
-            found[..independent.len()].to_vec()
+            self.of_tile(means, scratch, &mut found);
+            found[..means.len()].to_vec()
         });
         let found: Vec<Vec<Follows>> = found.collect();
         found.concat()
@@ -200,18 +204,15 @@ impl<'a> DelaySearch<'a> {
     fn choose(
         &self,
         of_reference: &[bool],
-        (site, independent): (usize, f64),
+        (site, independent): (usize, ArrayView1<f64>),
     ) -> Option<Vec<Coherent>> {
-        if independent.is_nan() {
-            return None;
-        }
         let (cross, end) = (self.cross, self.length.div_ceil(2));
         let own = cross.spectrum.column(site);
         let coherence = cross.coherence.column(site);
         let reference = cross.spectrum.column(cross.reference);
         let of_site = is_own(own);
         let surprise = |m: usize| match of_site[m] && of_reference[m] {
-            true => -(independent - 1.0) * (-coherence[m]).ln_1p(),
+            true => -(independent[m] - 1.0) * (-coherence[m]).ln_1p(),
             false => f64::NAN,
         };
         let surprises: Vec<f64> = (1..end).map(surprise).collect();

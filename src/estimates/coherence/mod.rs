@@ -12,6 +12,8 @@ pub use delay::Delay;
 pub use phase::PhaseSpeed;
 pub use velocity::WaveVelocity;
 
+use std::ops::Range;
+
 use ndarray::Array2;
 
 use crate::error::Result;
@@ -19,7 +21,7 @@ use crate::estimates::SIGNIFICANCE;
 
 use crate::estimates::realisations::{
     Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, check_count, first_of,
-    phase_spread,
+    level_of_chance, phase_spread,
 };
 use crate::field::{Axis, Field};
 use crate::numeric::median;
@@ -87,6 +89,10 @@ pub struct Coherence {
     /// `None` with other [`CoherenceRequest::gaps`].
     pub segments_left: Option<SegmentsLeft>,
     pub alpha: f64,
+    /// Bands of frequencies, and the independent realisations of each site with the reference there: fewer than those of
+    /// [`Self::independence`] where a few realisations hold the power of both. NaN where no significance can be stated.
+    bands: Vec<Range<usize>>,
+    independent: Array2<f64>,
     /// Magnitude-squared coherence `|S_rj|^2 / (S_rr S_jj)`, 0 to 1; NaN where a spectrum is 0.
     pub coherence: Array2<f64>,
     /// Phase of `S_rj = <conj(X_r) X_j>`, in rad: `-k (x_j - x_r)` of a wave `exp(i (k x - omega t))`.
@@ -111,41 +117,50 @@ pub struct Coherence {
 }
 
 impl Coherence {
-    /// The coherence that one cell exceeds by chance with probability `alpha`; `None` where no
+    /// The coherence that one cell exceeds by chance with probability `alpha`, of the mean site; `None` where no
     /// significance can be stated.
     pub fn level(&self) -> Option<f64> {
-        self.independence.level(self.alpha)
+        let others = (0..self.is_coherent.len()).filter(|j| *j != self.reference);
+        let of_others: Vec<f64> = others.map(|j| self.independent_of(j)).collect();
+        let mean = of_others.iter().sum::<f64>() / of_others.len() as f64;
+        Some(level_of_chance(mean, self.alpha)).filter(|level| !level.is_nan())
     }
 
-    /// The independent realisations of a site with the reference; `None` where no significance can be stated.
-    fn independent_at(&self, site: usize) -> Option<f64> {
-        match &self.segments_left {
-            None => self.independence.independent,
-            Some(_) if self.independence.is_transient() => self.independence.independent,
-            Some(left) => Some(left.effective[site]).filter(|independent| *independent >= 2.0),
+    /// The [level](Self::level) of a site; NaN where no significance can be stated.
+    pub fn level_at(&self, site: usize) -> f64 {
+        level_of_chance(self.independent_of(site), self.alpha)
+    }
+
+    /// The independent realisations of a site with the reference, the mean of all bands but that of the mean.
+    fn independent_of(&self, site: usize) -> f64 {
+        let bands = self.independent.slice(ndarray::s![1.., site]);
+        bands.mean().unwrap_or(f64::NAN)
+    }
+
+    /// The same at each frequency and site.
+    fn independent_cells(&self) -> Array2<f64> {
+        let mut cells = Array2::zeros(self.coherence.dim());
+        for (band, independent) in self.bands.iter().zip(self.independent.rows()) {
+            let mut rows = cells.slice_mut(ndarray::s![band.clone(), ..]);
+            rows.assign(&independent);
         }
-    }
-
-    /// The [level](Self::level) of a site, from which its own segments may be left out.
-    pub fn level_at(&self, site: usize) -> Option<f64> {
-        let mut independence = self.independence;
-        independence.independent = self.independent_at(site);
-        independence.level(self.alpha)
+        cells
     }
 
     /// Share of the cells above the level, of those away from the reference, from 0 and from the Nyquist
     /// frequency; `None` where no significance can be stated.
     pub fn above_level(&self) -> Option<f64> {
         self.level()?;
-        let sites = 0..self.coherence.ncols();
-        let levels: Vec<Option<f64>> = sites.map(|j| self.level_at(j)).collect();
+        let independent = self.independent_cells();
         let inside = 1..self.segment[0].div_ceil(2);
-        let rows = self.coherence.slice(ndarray::s![inside, ..]);
-        let cells = rows.indexed_iter();
-        let cells = cells.filter(|((_, j), g)| *j != self.reference && g.is_finite());
-        let cells = cells.filter_map(|((_, j), g)| Some((*g, levels[j]?)));
-        let (count, above) = cells.fold((0u64, 0u64), |(count, above), (g, level)| {
-            (count + 1, above + u64::from(g > level))
+        let rows = self.coherence.slice(ndarray::s![inside.clone(), ..]);
+        let independent = independent.slice(ndarray::s![inside, ..]);
+        let cells = rows.indexed_iter().zip(&independent);
+        let cells =
+            cells.filter(|(((_, j), g), k)| *j != self.reference && g.is_finite() && !k.is_nan());
+        let (count, above) = cells.fold((0u64, 0u64), |(count, above), ((_, g), k)| {
+            let is_above = *g > level_of_chance(*k, self.alpha);
+            (count + 1, above + u64::from(is_above))
         });
         (count > 0).then(|| above as f64 / count as f64)
     }
@@ -225,34 +240,35 @@ fn odds(coherence: f64, independent: f64) -> f64 {
 impl Coherence {
     /// Intervals, delays and speeds, where the coherence is above the level.
     fn judge(&mut self, realisations: &Realisations) {
-        // Of each site, where significance can be stated: NaN is no number to be above.
-        let known = |j: usize| match (self.level_at(j), self.independent_at(j)) {
-            (Some(level), Some(independent)) => [level, independent],
-            _ => [f64::NAN; 2],
-        };
-        let known: Vec<[f64; 2]> = (0..self.coherence.ncols()).map(known).collect();
-        if known.iter().all(|[level, _]| level.is_nan()) {
+        // NaN, where no significance can be stated, is no number to be above.
+        let independent = self.independent_cells();
+        if independent.iter().all(|k| k.is_nan()) {
             return;
         }
         let end = self.segment[0].div_ceil(2);
-        let inside = self.coherence.slice(ndarray::s![1..end, ..]);
+        let levels = independent.mapv(|k| level_of_chance(k, self.alpha));
         // Of a site the probability that one of the intervals which are stated does not hold.
         let chance = |j: usize| {
-            let above = inside.column(j).into_iter().filter(|g| **g > known[j][0]);
+            let above = (1..end).filter(|m| self.coherence[[*m, j]] > levels[[*m, j]]);
             self.alpha * above.count().max(1) as f64 / (end - 1).max(1) as f64
         };
-        let spread = |j: usize| phase_spread(chance(j), known[j][1]);
-        let spreads: Vec<f64> = (0..known.len()).map(spread).collect();
+        let chances: Vec<f64> = (0..levels.ncols()).map(chance).collect();
         // Not a number where the sine is none.
-        let interval = |((_, j), g): ((usize, usize), &f64)| match *g > known[j][0] {
-            true => (spreads[j] * odds(*g, known[j][1]).recip()).sqrt().asin(),
+        let interval = |((m, j), g): ((usize, usize), &f64)| match *g > levels[[m, j]] {
+            true => {
+                let k = independent[[m, j]];
+                let spread = phase_spread(chances[j], k);
+                (spread * odds(*g, k).recip()).sqrt().asin()
+            }
             false => f64::NAN,
         };
         let cells = self.coherence.indexed_iter().map(interval);
         let cells = self.phase_interval.iter_mut().zip(cells);
         cells.for_each(|(to, interval)| *to = interval);
-        let independent: Vec<f64> = known.iter().map(|known| known[1]).collect();
         let follows = DelaySearch::new(realisations, self).find(&independent);
+        let independent: Vec<f64> = (0..levels.ncols())
+            .map(|j| self.independent_of(j))
+            .collect();
         self.is_coherent = follows.iter().map(|site| site.is_coherent).collect();
         let ways = median(follows.iter().filter_map(|site| site.one_way));
         self.is_both_ways = ways.is_some_and(|ways| ways < ONE_WAY);

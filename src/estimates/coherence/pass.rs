@@ -15,6 +15,7 @@ use crate::estimates::realisations::{
     Sums, SumsShape, TOGETHER, a_site, check_count, check_significance,
 };
 use crate::numeric::lanes::widest;
+use crate::numeric::pieces;
 use crate::prepare::Gaps;
 use crate::transform::{fold, frequencies};
 
@@ -32,11 +33,15 @@ impl CoherenceRequest {
         grid: &'a Grid,
         records: usize,
     ) -> Pass<'a> {
+        let others = realisations.bins() - 1;
+        let equal = pieces(others, others.div_ceil(BANDS).max(OF_BAND));
+        let equal = equal.map(|band| band.start + 1..band.end + 1);
         Pass {
             request: self,
             realisations,
             grid,
             records,
+            bands: std::iter::once(0..1).chain(equal).collect(),
         }
     }
 }
@@ -47,7 +52,13 @@ pub(in crate::estimates) struct Pass<'a> {
     grid: &'a Grid,
     /// Records of a site.
     records: usize,
+    /// Of bins: that of the mean, and equal ones.
+    bands: Vec<Range<usize>>,
 }
+
+/// Bands of equal width in which it is told how evenly realisations share their power, and bins of one at least.
+const BANDS: usize = 8;
+const OF_BAND: usize = 8;
 
 /// Blocks of a bin: power of the site, real and imaginary part of the product with the reference; and power of the
 /// reference in the segments of the site, where segments are left out.
@@ -60,6 +71,8 @@ const OF_BIN: u64 = 192;
 /// The conjugate transforms of the reference over a portion.
 struct Reference {
     spectra: Vec<Complex<f64>>,
+    /// Power of each of them in each band.
+    levels: Vec<f64>,
     /// Of the first of them.
     first: usize,
     kept: KeptOfSites,
@@ -99,8 +112,13 @@ impl Pass<'_> {
         let site = self.request.reference;
         let segments = &shot.portion.segments;
         let mut spectra = Vec::with_capacity(segments.len() * tapers * bins);
+        let mut levels = Vec::new();
         let conjugate = |_: usize, found: &[Complex<f64>]| {
             spectra.extend(found.iter().map(|x| x.conj()));
+            let power = |band: &Range<usize>| -> f64 {
+                found[band.clone()].iter().map(Complex::norm_sqr).sum()
+            };
+            levels.extend(self.bands.iter().map(power));
         };
         let record = shot.record(site);
         let (record, mut scratch) = (Records::interleaved(&record, 1), SegmentScratch::default());
@@ -108,6 +126,7 @@ impl Pass<'_> {
             .each_of(&shot.portion, record, &mut scratch, conjugate);
         Reference {
             spectra,
+            levels,
             first: segments.start * tapers,
             kept: shot.kept(site..site + 1, self.realisations.segments),
         }
@@ -134,8 +153,10 @@ impl Pass<'_> {
         }
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             let other = &reference.spectra[(r - reference.first) * bins..][..bins];
+            let levels = &reference.levels[(r - reference.first) * self.bands.len()..];
             let has = kept.has(r / tapers);
-            let (own, cross) = sums.plain.split_at_mut(bins);
+            let (shared, own) = sums.plain.split_at_mut(self.bands.len());
+            let (own, cross) = own.split_at_mut(bins);
             let (re, cross) = cross.split_at_mut(bins);
             let (im, beside) = cross.split_at_mut(bins);
             widest(Products {
@@ -144,6 +165,7 @@ impl Pass<'_> {
                 reference: other,
                 has: &has,
                 sums: [own, re, im],
+                bands: (&self.bands, levels, shared),
             });
             for (y, beside) in other.iter().zip(beside) {
                 let sums = beside.0.iter_mut().zip(&has);
@@ -183,15 +205,16 @@ impl Pass<'_> {
         let shape = (bins, grid.sites);
         // Power, product and, where segments are left out, power of the reference in those that are not.
         let of_tile = |what: usize, m: usize, j: usize| {
-            tiles[j / TOGETHER].plain[what * bins + m].0[j % TOGETHER]
+            let block = self.bands.len() + what * bins + m;
+            tiles[j / TOGETHER].plain[block].0[j % TOGETHER]
+        };
+        let of_reference = |m: usize, j: usize| match &left {
+            Some(_) => of_tile(BLOCKS, m, j),
+            None => of_tile(0, m, reference),
         };
         let cross = |m, j| Complex::new(of_tile(1, m, j), of_tile(2, m, j));
         let coherence = Array2::from_shape_fn(shape, |(m, j)| {
-            let own = of_tile(0, m, j);
-            let beside = match &left {
-                Some(_) => of_tile(BLOCKS, m, j),
-                None => of_tile(0, m, reference),
-            };
+            let (own, beside) = (of_tile(0, m, j), of_reference(m, j));
             match own > 0.0 && beside > 0.0 && !parts[j].is_nan() {
                 true => (cross(m, j).norm_sqr() / (beside * own)).min(1.0),
                 // 0 / 0 where one of them is still; none where too much was filled.
@@ -199,6 +222,26 @@ impl Pass<'_> {
             }
         });
         let phase = Array2::from_shape_fn(shape, |(m, j)| cross(m, j).arg());
+        let independent = Array2::from_shape_fn((self.bands.len(), grid.sites), |(b, j)| {
+            let own: f64 = self.bands[b].clone().map(|m| of_tile(0, m, j)).sum();
+            let beside: f64 = self.bands[b].clone().map(|m| of_reference(m, j)).sum();
+            let count = (records * realisations.count()) as f64 / parts[j];
+            let shared = tiles[j / TOGETHER].plain[b].0[j % TOGETHER];
+            // What is related is uneven together, by chance.
+            let band = coherence.slice(ndarray::s![self.bands[b].clone(), j]);
+            let related = band.sum() * realisations.shared_bins() / band.len().pow(2) as f64;
+            let evenness = own * beside / (count * shared) * (1.0 + related);
+            let all = match &left {
+                Some(left) if !independence.is_transient() => left.effective[j],
+                _ => independence.independent.unwrap_or(f64::NAN),
+            };
+            match all >= 2.0 {
+                // What is still has none.
+                true if j != reference && evenness < 1.0 => (all * evenness).max(1.0),
+                true => all,
+                false => f64::NAN,
+            }
+        });
         let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
             let scale = density * fold(m, length);
             of_tile(0, m, j) * scale * parts[j]
@@ -213,6 +256,8 @@ impl Pass<'_> {
             independence,
             segments_left: left,
             alpha: self.request.alpha,
+            bands: self.bands.clone(),
+            independent,
             phase_interval: Array2::from_elem(shape, f64::NAN),
             coherence,
             phase,
@@ -230,7 +275,7 @@ impl Divided for Pass<'_> {
     fn shape(&self) -> SumsShape {
         let leaves_out = self.request.gaps == Gaps::LeaveOut;
         SumsShape {
-            plain: (BLOCKS + usize::from(leaves_out)) * self.realisations.bins(),
+            plain: self.bands.len() + (BLOCKS + usize::from(leaves_out)) * self.realisations.bins(),
             pieces: self.realisations.pieces(),
         }
     }

@@ -115,8 +115,8 @@ impl Coherence {
         sheet.axis(Role::Frequency, &units, &self.frequency);
         sheet.axis(Role::Position, &units, self.positions());
         if let Some(left) = &self.segments_left {
-            let level = |site: usize| self.level_at(site).unwrap_or(f64::NAN);
-            let levels: Vec<f64> = (0..left.left.len()).map(level).collect();
+            let sites = 0..left.left.len();
+            let levels: Vec<f64> = sites.map(|j| self.level_at(j)).collect();
             left.variables(sheet, "position");
             sheet.line("level", "position", "", levels);
         }

@@ -7,7 +7,7 @@ use ndarray::Array2;
 use super::bicoherence::sidak;
 use super::pass::Pass;
 use super::products::{TripleSums, add_products};
-use super::spectra::Spectra;
+use super::spectra::{Evenness, Spectra};
 use super::triples::Triples;
 use crate::estimates::realisations::{Independence, Records, SegmentScratch, Shot, Sums, TOGETHER};
 use crate::numeric::chi_square_level;
@@ -50,6 +50,7 @@ pub(super) struct TileSums {
     steadiness: Option<Sums>,
     /// Of each chosen site.
     products: Vec<TripleSums>,
+    evenness: Vec<Evenness>,
     /// Of each chosen site, once all its records are summed.
     found: Vec<Vec<Found>>,
 }
@@ -113,10 +114,13 @@ impl Pass<'_> {
         let spectra = Spectra::of(self.realisations, records, scratch);
         let zeros = || TripleSums::zeros(&self.own);
         tile.products.resize_with(chosen.len(), zeros);
+        tile.evenness.resize_with(chosen.len(), || self.evenness());
         // Tiles are in parallel where there are several.
         let is_parallel = self.chosen_by_tile().nth(1).is_none();
-        for (sums, spectra) in tile.products.iter_mut().zip(&spectra) {
+        let sums = tile.products.iter_mut().zip(&mut tile.evenness);
+        for ((sums, evenness), spectra) in sums.zip(&spectra) {
             add_products(&self.own, [spectra, spectra], sums, is_parallel);
+            evenness.add(spectra, spectra);
         }
     }
 
@@ -126,9 +130,13 @@ impl Pass<'_> {
         let found = tiles.into_iter().flat_map(|tile| {
             let steadiness = tile.steadiness.map(|sums| sums.steadiness());
             let steadiness = steadiness.unwrap_or_default();
-            tile.found.into_iter().zip(steadiness)
+            tile.found.into_iter().zip(steadiness).zip(tile.evenness)
         });
-        let found = found.map(|(found, steadiness)| (found, self.independence(steadiness)));
+        let shared = self.realisations.shared_bins();
+        let found = found.map(|((found, steadiness), evenness)| {
+            let evenness = evenness.least(shared, true);
+            (found, self.independence(steadiness, evenness))
+        });
         let columns: Vec<(Vec<Found>, Independence)> = found.collect();
         let alpha = self.request.alpha;
         let bins = self.realisations.bins();

@@ -3,7 +3,7 @@
 use super::along::TileSums;
 use super::bicoherence::{Bicoherence, BicoherenceMap, BicoherenceRequest};
 use super::products::{TripleSums, add_products};
-use super::spectra::{Spectra, last_bin};
+use super::spectra::{Evenness, Spectra, last_bin};
 use super::triples::Triples;
 use crate::error::Result;
 use crate::estimates::realisations::{
@@ -53,10 +53,11 @@ impl<'a> Pass<'a> {
         let block = shots.block("the bispectra of this field", held)?;
         let mut steadiness = self.steadiness();
         let mut map = TripleSums::zeros(&self.triples);
+        let mut evenness = self.evenness();
         let mut tiles = Vec::new();
         tiles.resize_with(shots.tiles(), TileSums::default);
         shots.each_portion(block, &portions, |shot| {
-            self.add_map(shot, &mut steadiness, &mut map);
+            self.add_map(shot, (&mut steadiness, &mut evenness), &mut map);
             if self.request.along.is_empty() {
                 return Ok(());
             }
@@ -67,7 +68,7 @@ impl<'a> Pass<'a> {
                 }
             })
         })?;
-        Ok(self.finish(&steadiness, &map, tiles))
+        Ok(self.finish((&steadiness, &evenness), &map, tiles))
     }
 
     /// Bytes that are needed beside the samples, of which so many of a record are read.
@@ -95,7 +96,12 @@ impl<'a> Pass<'a> {
     }
 
     /// Adds a shot to the map.
-    fn add_map(&self, shot: &Shot<'_>, steadiness: &mut Sums, map: &mut TripleSums) {
+    fn add_map(
+        &self,
+        shot: &Shot<'_>,
+        (steadiness, evenness): (&mut Sums, &mut Evenness),
+        map: &mut TripleSums,
+    ) {
         let mut sites = vec![self.request.site, self.request.output()];
         sites.dedup();
         let (mut rows, mut scratch) = (Vec::new(), SegmentScratch::default());
@@ -108,6 +114,7 @@ impl<'a> Pass<'a> {
         let spectra = Spectra::of(self.realisations, records, &mut scratch);
         if let (Some(x), Some(z)) = (spectra.first(), spectra.last()) {
             add_products(&self.triples, [x, z], map, true);
+            evenness.add(x, z);
         }
     }
 
@@ -117,18 +124,31 @@ impl<'a> Pass<'a> {
         Sums::zeros(SumsShape { plain: 0, pieces })
     }
 
-    /// The number of independent realisations of records whose steadiness has this sum.
-    pub fn independence(&self, steadiness: f64) -> Independence {
+    /// Of no realisations.
+    pub fn evenness(&self) -> Evenness {
+        Evenness::zeros(self.realisations.segments.length)
+    }
+
+    /// The number of independent realisations of records whose steadiness has this sum, which share what is `least` even.
+    pub fn independence(&self, steadiness: f64, least: f64) -> Independence {
         let realisations = self.realisations;
         let counts = [self.records, realisations.segment_count(), 1];
         let (effective, steadiness) = (
             realisations.effective_products(3),
             steadiness / self.records as f64,
         );
-        Independence::new(counts, effective, steadiness, realisations.segments.record)
+        let samples = realisations.segments.record;
+        Independence::new(counts, effective, steadiness, samples).of_uneven(least)
     }
 
-    fn finish(&self, steadiness: &Sums, map: &TripleSums, tiles: Vec<TileSums>) -> Bicoherence {
+    fn finish(
+        &self,
+        (steadiness, evenness): (&Sums, &Evenness),
+        map: &TripleSums,
+        tiles: Vec<TileSums>,
+    ) -> Bicoherence {
+        let is_one_site = self.request.site == self.request.output();
+        let evenness = evenness.least(self.realisations.shared_bins(), is_one_site);
         let least = map.least();
         let segments = self.realisations.segments;
         let mut bins = Vec::with_capacity(self.triples.cells());
@@ -148,7 +168,7 @@ impl<'a> Pass<'a> {
             output: self.request.output(),
             segment: [segments.length, segments.length - segments.hop],
             // Of two the less steady one, in each record.
-            independence: self.independence(steadiness.least_steadiness()),
+            independence: self.independence(steadiness.least_steadiness(), evenness),
             alpha: self.request.alpha,
             map: BicoherenceMap {
                 bins,

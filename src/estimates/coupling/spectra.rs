@@ -1,9 +1,12 @@
 //! The transforms of all realisations of a record, at hand.
 
+use std::ops::Range;
+
 use num_complex::Complex;
 
 use crate::estimates::realisations::{Realisations, Records, SegmentScratch};
 use crate::numeric::lanes::WIDTH;
+use crate::numeric::pieces;
 
 /// Transforms of one record below the Nyquist frequency, realisation by realisation.
 #[derive(Debug, Clone, Default)]
@@ -76,6 +79,12 @@ impl Spectra {
         self.bins
     }
 
+    /// Power of each realisation in some bins.
+    pub fn powers_in(&self, bins: Range<usize>) -> impl Iterator<Item = f64> {
+        let all = self.power.chunks_exact(self.stride);
+        all.map(move |power| power[bins.clone()].iter().sum())
+    }
+
     /// Sums of the power of each bin over all realisations, added to `sums`.
     pub fn add_power(&self, sums: &mut [f64]) {
         for power in self.power.chunks_exact(self.stride) {
@@ -104,5 +113,53 @@ impl Spectra {
             im: &self.im[range.clone()],
             power: &self.power[range],
         }
+    }
+}
+
+/// How evenly realisations share the products of three transforms where phases are not coupled, in bands of frequencies.
+#[derive(Debug, Clone)]
+pub(super) struct Evenness {
+    bands: Vec<Range<usize>>,
+    count: usize,
+    /// Sums of `P^2`, Q and `P^2 Q` in each band, with the powers P at the site of the pair and Q at that of the third.
+    sums: Vec<[f64; 3]>,
+}
+
+/// Bands of equal width, and bins of one at least.
+const BANDS: usize = 4;
+const OF_BAND: usize = 8;
+
+impl Evenness {
+    pub fn zeros(length: usize) -> Evenness {
+        let bins = last_bin(length);
+        let bands = pieces(bins, bins.div_ceil(BANDS).max(OF_BAND));
+        let bands: Vec<_> = bands.map(|band| band.start + 1..band.end + 1).collect();
+        let (count, sums) = (0, vec![[0.0; 3]; bands.len()]);
+        Evenness { bands, count, sums }
+    }
+
+    pub fn add(&mut self, x: &Spectra, z: &Spectra) {
+        self.count += x.count();
+        for (band, sums) in self.bands.iter().zip(&mut self.sums) {
+            let powers = x.powers_in(band.clone()).zip(z.powers_in(band.clone()));
+            for (p, q) in powers {
+                let terms = [p * p, q, p * p * q];
+                sums.iter_mut()
+                    .zip(terms)
+                    .for_each(|(sum, term)| *sum += term);
+            }
+        }
+    }
+
+    /// `<P^2> <Q> / <P^2 Q>` in the least even band: 1, or less where few realisations have the power of three frequencies. White
+    /// noise of one site has `1 / (1 + 2 / k)` in a band of k independent bins, which is taken out.
+    pub fn least(&self, shared_bins: f64, is_one_site: bool) -> f64 {
+        let of = |(band, [pairs, thirds, all]): (&Range<usize>, &[f64; 3])| {
+            let by_chance = 2.0 * shared_bins / band.len() as f64;
+            let by_chance = if is_one_site { by_chance } else { 0.0 };
+            pairs * thirds / (self.count as f64 * all) * (1.0 + by_chance)
+        };
+        let bands = self.bands.iter().zip(&self.sums).map(of);
+        bands.fold(1.0, f64::min)
     }
 }

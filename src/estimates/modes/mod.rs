@@ -84,6 +84,8 @@ pub struct Modes {
     /// `(frequency, mode)`, descending: eigenvalues of the coherencies `S_ij / sqrt(S_ii S_jj)`, which sum up to the number of
     /// sites. Those above [`Self::level`] are motions that are coherent along x.
     pub coherencies: Array2<f64>,
+    /// How evenly the realisations share the power at each frequency, by which [`Self::level`] has fewer of them.
+    evenness: Vec<f64>,
     /// One-sided power spectral density of all sites, integrated over x.
     pub total: Vec<f64>,
     /// The modes of the chosen frequencies.
@@ -113,7 +115,7 @@ impl Modes {
         let chance = CHANCE / self.frequency.len() as f64;
         // Segments that overlap lose the same mean, which makes them alike near 0: every second one counts.
         let counts = if bin < self.first { 0.25 } else { 0.5 };
-        let independent = counts * self.freedom(bin)?;
+        let independent = counts * self.evenness[bin] * self.freedom(bin)?;
         let n = self.n_sites;
         Some(largest_of_unrelated(n, independent, overlap, chance))
     }
@@ -127,9 +129,9 @@ impl Modes {
 
     /// Frequencies with a coherent motion, of those that share no power with 0.
     pub fn coherent_frequencies(&self) -> Option<usize> {
-        let level = self.level(self.first)?;
-        let first = self.coherencies.column(0);
-        Some(self.inside().filter(|bin| first[*bin] > level).count())
+        self.level(self.first)?;
+        let is_coherent = |bin: &usize| self.above_noise(*bin).is_some_and(|count| count > 0);
+        Some(self.inside().filter(is_coherent).count())
     }
 
     /// Bins below the Nyquist frequency that share no power with 0.
@@ -259,6 +261,7 @@ impl Pass<'_> {
             alpha: self.request.alpha,
             eigenvalues: values.clone(),
             coherencies: values,
+            evenness: vec![1.0; bins],
             total: vec![0.0; bins],
             chosen: Vec::new(),
         };
@@ -293,12 +296,13 @@ impl Pass<'_> {
                     found.coherencies[[bin, n]] = values.coherencies[n].max(0.0);
                 }
                 found.total[bin] = values.trace * scale;
+                found.evenness[bin] = values.evenness;
             }
-            let level = found.level(found.first).unwrap_or(f64::INFINITY);
             let mut wanted = chosen.to_vec();
             for bin in found.inside().filter(|_| chosen.is_empty()) {
                 let cell = [bin, 0];
-                let first = (found.coherencies[cell] > level, found.eigenvalues[cell]);
+                let is_coherent = found.above_noise(bin).is_some_and(|count| count > 0);
+                let first = (is_coherent, found.eigenvalues[cell]);
                 if first > best {
                     best = first;
                     solved.clear();

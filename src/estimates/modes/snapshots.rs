@@ -41,6 +41,8 @@ pub(super) struct Eigenvalues {
     pub coherencies: Vec<f64>,
     /// Powers of all sites.
     pub trace: f64,
+    /// How evenly realisations share the power of unrelated sites: 1, or less where a few of them are loud at many sites.
+    pub evenness: f64,
 }
 
 impl Snapshots<'_> {
@@ -58,6 +60,24 @@ impl Snapshots<'_> {
             energies: eigenvalues(&gram),
             coherencies: eigenvalues(&equal),
             trace: gram.diag().iter().map(|z| z.re).sum(),
+            evenness: self.evenness(bin, &levels),
+        }
+    }
+
+    /// `(n^2 + n) / (R sum_r p_r^2)`, with the powers `p_r` that R realisations have at n sites of equal power: 1 for white noise,
+    /// whose `R p_r / n` has the variance `1 / n`.
+    fn evenness(&self, bin: usize, levels: &[f64]) -> f64 {
+        let power = |r: usize| -> f64 {
+            let sites = levels.iter().enumerate();
+            sites
+                .map(|(j, level)| (self.at(bin, j, r) * level).norm_sqr())
+                .sum()
+        };
+        let powers = (0..self.count).map(power);
+        let [all, squares] = powers.fold([0.0; 2], |[all, squares], p| [all + p, squares + p * p]);
+        match squares > 0.0 {
+            true => ((all * all + all) / (self.count as f64 * squares)).min(1.0),
+            false => 1.0,
         }
     }
 

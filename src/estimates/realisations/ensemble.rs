@@ -60,6 +60,13 @@ impl Independence {
         }
     }
 
+    /// With fewer independent realisations, where they share so unevenly what is averaged that few of them count.
+    pub(crate) fn of_uneven(mut self, evenness: f64) -> Self {
+        let independent = self.independent.map(|k| k * evenness.min(1.0));
+        self.independent = independent.filter(|k| *k >= 2.0);
+        self
+    }
+
     /// Whether the reference is one realisation: a transient, whose segments are not independent, or a record of which
     /// too much was filled, or that is too short.
     pub fn is_transient(&self) -> bool {
@@ -79,9 +86,13 @@ impl Independence {
     /// `alpha` where the true one is 0: `1 - alpha^{1/(K-1)}`. Source: Carter, Knapp, Nuttall, IEEE
     /// Trans. Audio Electroacoust. 21, 337 (1973).
     pub fn level(&self, alpha: f64) -> Option<f64> {
-        let independent = self.independent?;
-        Some(-(alpha.ln() / (independent - 1.0)).exp_m1())
+        Some(level_of_chance(self.independent?, alpha))
     }
+}
+
+/// See [`Independence::level`].
+pub(crate) fn level_of_chance(independent: f64, alpha: f64) -> f64 {
+    -(alpha.ln() / (independent - 1.0)).exp_m1()
 }
 
 /// The same of a record with zeros for the `missing` samples, in ascending order: parts count by the samples they

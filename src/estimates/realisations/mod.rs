@@ -22,7 +22,9 @@ pub(crate) use adaptive::{Average, Weights, WithoutOne};
 pub use averaging::{Averaging, Tapers};
 pub(crate) use averaging::{Realisations, SegmentScratch, check_count};
 pub use ensemble::Independence;
-pub(crate) use ensemble::{LEAST_STEADINESS, steadiness, steadiness_of_field, steadiness_of_sites};
+pub(crate) use ensemble::{
+    LEAST_STEADINESS, level_of_chance, steadiness, steadiness_of_field, steadiness_of_sites,
+};
 pub use grid::Grid;
 pub(crate) use interval::{FactorTable, phase_spread};
 pub use interval::{SpectrumInterval, interval_factors};
