@@ -18,8 +18,9 @@ const ITERATIONS: i32 = 12;
 const SINGULAR: f64 = 1e-12;
 /// Rows of a band at most in which another wave is looked for.
 const LOOKED_AT: usize = 16;
-/// Share of the power that the waves leave, and share of that in one wavenumber, above which this is another wave.
-const LEFT: f64 = 0.05;
+/// Share of the power that the waves leave, and share of that in one wavenumber, above which this is another wave, whose flux is
+/// beyond the interval.
+const LEFT: f64 = 0.01;
 const IN_ONE: f64 = 0.4;
 /// Power of the waves over that of the noise in as many unknowns, at least.
 const OVER_NOISE: f64 = 2.0;
@@ -27,7 +28,8 @@ const OVER_NOISE: f64 = 2.0;
 const KNOWN: f64 = 0.5;
 /// Share of itself to which the group velocity is known at least.
 const VELOCITY_KNOWN: f64 = 0.3;
-/// Share of the shapes of the two waves that is not the same at least.
+/// Share of the shapes of the two waves that is not the same at least, at each frequency: one at which they are (a wavelength of many
+/// arrays, or of two sites) has more error than all others.
 const TOLD_APART: f64 = 0.2;
 /// Factor between the power at an end and that of the waves there at most.
 const AT_ENDS: f64 = 1.5;
@@ -205,18 +207,19 @@ impl Band<'_> {
         let numbers = &found.numbers;
         let off_velocity = error(&|n| n.velocity) / numbers.velocity;
         let least = OVER_NOISE * noise * (self.setup.ways[0] + self.setup.ways[1]);
-        let apart = fit.rows.iter().map(|row| row.apart).sum::<f64>() / fit.rows.len() as f64;
+        let apart = fit.rows.iter().map(|row| row.apart).fold(1.0, f64::min);
         let is_other = fit.left() > LEFT * power(0..n, 0.0) && share > IN_ONE;
-        let is_none = off.is_nan() || off > KNOWN || power(0..n, 1.0) < least;
+        let is_off = off.is_nan() || off > KNOWN;
         let is_cut = is_cut(0..width) || is_cut(n - width..n);
         let decays = numbers.loss.abs() * TAU > numbers.wavenumber.abs();
         let is_open = !(0.0..VELOCITY_KNOWN).contains(&off_velocity);
         let reasons = [
             (is_other, NoFlux::SeveralWaves),
-            (is_none, NoFlux::NoWave),
+            (power(0..n, 1.0) < least, NoFlux::NoWave),
+            (apart < TOLD_APART, NoFlux::Directions),
+            (is_off, NoFlux::NoWave),
             (is_cut, NoFlux::Ends),
             (decays && numbers.wavenumber != 0.0, NoFlux::Evanescent),
-            (apart < TOLD_APART, NoFlux::Directions),
             (is_open, NoFlux::Velocity),
         ];
         let reason = reasons.into_iter().find(|(is_so, _)| *is_so);

@@ -70,7 +70,7 @@ pub enum NoFlux {
     SeveralWaves,
     /// The wave decays within its length.
     Evanescent,
-    /// The array is too short to tell both directions apart.
+    /// At a frequency both directions look the same: the array is too short, or half a wavelength is the distance of sites.
     Directions,
     /// The wavenumbers do not tell the group velocity.
     Velocity,

@@ -37,7 +37,7 @@ impl NoFlux {
             NoFlux::Ends => "the waves begin, end, grow or are cut within the array",
             NoFlux::SeveralWaves => "there is not one wave each way",
             NoFlux::Evanescent => "the wave decays within its length",
-            NoFlux::Directions => "the array is too short to tell both ways apart (`--towards`)",
+            NoFlux::Directions => "both ways look the same at the sites (`--towards`)",
             NoFlux::Velocity => "the waves do not tell their group velocity (`--group-velocity`)",
         }
     }
