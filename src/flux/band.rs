@@ -18,10 +18,10 @@ const ITERATIONS: i32 = 12;
 const SINGULAR: f64 = 1e-12;
 /// Rows of a band at most in which another wave is looked for.
 const LOOKED_AT: usize = 16;
-/// Share of the power that the waves leave, and share of that in one wavenumber, above which this is another wave, whose flux is
-/// beyond the interval.
+/// Share of the power above which what the waves leave may be another wave, whose flux is beyond the interval. It is one if more of
+/// it is in one wavenumber than noise has in such a share of rows.
 const LEFT: f64 = 0.01;
-const IN_ONE: f64 = 0.4;
+const RARE: f64 = 0.02;
 /// Power of the waves over that of the noise in as many unknowns, at least.
 const OVER_NOISE: f64 = 2.0;
 /// Phase, or logarithm of the amplitude, to which a wave is known over all sites at least: beyond it errors are none of a linear fit.
@@ -38,6 +38,8 @@ const SAME: f64 = 1e-9;
 
 /// Loss and wavenumber in the middle of the band, and the wavenumber's changes by the offset and by its square.
 pub(super) type Unknowns = [f64; 4];
+/// Weight of rows of which each is one.
+const EVERY: fn(&Row) -> f64 = |_| 1.0;
 type Line = Array1<Complex<f64>>;
 
 /// One frequency of one shot at one site of each cell.
@@ -67,6 +69,8 @@ pub(super) struct Setup {
     pub is_law: bool,
     /// Whether a transient is as it is, and its power has no random spread.
     pub is_single: bool,
+    /// Deviation of the frequencies of the waves of a band, in cycles, from which on they have a slope: a tone has none.
+    pub spread: f64,
     /// Power of the wavenumber by which the square of a sample is that of a velocity.
     pub strain: i32,
 }
@@ -87,6 +91,8 @@ pub(super) struct Numbers {
     pub frequency: f64,
     pub wavenumber: f64,
     pub velocity: f64,
+    /// Deviation of the frequencies by power.
+    spread: f64,
     /// Of both waves where they enter.
     pub flux: [f64; 2],
 }
@@ -155,20 +161,18 @@ impl Band<'_> {
         let of_sites = |g: usize| {
             let n = self.rows[0].spectrum.len();
             let sites = Array1::from_shape_fn(n, |j| weight(j * GROUPS / n == g));
-            let at = self.step(&self.fit(fit.at, &sites), &every, 0.0);
-            self.numbers(&self.fit(at, &sites), &every)
+            let at = self.step(&self.fit(fit.at, &sites), &EVERY, 0.0);
+            self.numbers(&self.fit(at, &sites), &EVERY)
         };
         let of_rows = |g: usize| {
             let at = self.step(&fit, &|row| weight(row.group == g), 0.0);
             let power = |row: &Row| weight(row.group == g && !self.setup.is_single);
             self.numbers(&self.fit(at, &self.all()), &power)
         };
+        let sites = (0..GROUPS).map(of_sites).collect();
         let found = Found {
-            numbers: self.numbers(&fit, &every),
-            halved: [
-                (0..GROUPS).map(of_sites).collect(),
-                (0..self.setup.groups).map(of_rows).collect(),
-            ],
+            numbers: self.numbers(&fit, &EVERY),
+            halved: [sites, (0..self.setup.groups).map(of_rows).collect()],
         };
         self.checked(found, &fit)
     }
@@ -208,16 +212,17 @@ impl Band<'_> {
         let off_velocity = error(&|n| n.velocity) / numbers.velocity;
         let least = OVER_NOISE * noise * (self.setup.ways[0] + self.setup.ways[1]);
         let apart = fit.rows.iter().map(|row| row.apart).fold(1.0, f64::min);
-        let is_other = fit.left() > LEFT * power(0..n, 0.0) && share > IN_ONE;
-        let is_off = off.is_nan() || off > KNOWN;
+        let is_other =
+            fit.left() > LEFT * power(0..n, 0.0) && share > (n as f64 / RARE).ln() / n as f64;
         let is_cut = is_cut(0..width) || is_cut(n - width..n);
         let decays = numbers.loss.abs() * TAU > numbers.wavenumber.abs();
-        let is_open = !(0.0..VELOCITY_KNOWN).contains(&off_velocity);
+        let is_tone = self.rows[0].velocity.is_none() && numbers.spread < self.setup.spread;
+        let is_open = is_tone || !(0.0..VELOCITY_KNOWN).contains(&off_velocity);
         let reasons = [
             (is_other, NoFlux::SeveralWaves),
             (power(0..n, 1.0) < least, NoFlux::NoWave),
             (apart < TOLD_APART, NoFlux::Directions),
-            (is_off, NoFlux::NoWave),
+            (off.is_nan() || off > KNOWN, NoFlux::NoWave),
             (is_cut, NoFlux::Ends),
             (decays && numbers.wavenumber != 0.0, NoFlux::Evanescent),
             (is_open, NoFlux::Velocity),
@@ -234,7 +239,7 @@ impl Band<'_> {
     /// By the method of Levenberg and Marquardt, with a damping that falls.
     fn least_squares(&self, start: Unknowns) -> Fit {
         let next = |fit: Fit, n: i32| {
-            let at = self.step(&fit, &every, 0.5f64.powi(n));
+            let at = self.step(&fit, &EVERY, 0.5f64.powi(n));
             self.fit(at, &self.all())
         };
         (0..ITERATIONS).fold(self.fit(start, &self.all()), next)
@@ -312,25 +317,27 @@ impl Band<'_> {
     /// What rows say, which count so much for the flux.
     fn numbers(&self, fit: &Fit, weight: &dyn Fn(&Row) -> f64) -> Numbers {
         let (at, noise, of_slope) = (&fit.at, self.noise(fit), TAU * self.middle);
-        let (mut sums, mut flux, mut count) = ([0.0; 4], [0.0; 2], 0.0);
+        let (mut sums, mut flux, mut count) = ([0.0; 5], [0.0; 2], 0.0);
         for (row, fitted) in self.rows.iter().zip(&fit.rows) {
             let measured = of_slope / (at[2] + 2.0 * row.offset * at[3]);
             let velocity = row.velocity.unwrap_or(measured);
             let wavenumber = row.exponent(at).im;
             let strain = wavenumber.powi(self.setup.strain);
             let powers = fitted.amplitudes.map(|amplitude| amplitude.norm_sqr());
-            let terms = [1.0, row.offset, row.wavenumber, 1.0 / velocity];
+            let squared = row.offset.powi(2);
+            let terms = [1.0, row.offset, squared, row.wavenumber, 1.0 / velocity];
             sums = from_fn(|n| sums[n] + (powers[0] + powers[1]) * terms[n]);
             let times = weight(row) * row.weight * velocity * strain;
             flux = from_fn(|way| flux[way] + times * (powers[way] - noise * fitted.noise[way]));
             count += weight(row);
         }
-        let [power, offset, wavenumber, slowness] = sums;
+        let [power, offset, squares, wavenumber, slowness] = sums;
         Numbers {
             loss: at[0],
             frequency: self.middle * (1.0 + offset / power),
             wavenumber: wavenumber / power + searched(at, offset / power),
             velocity: power / slowness,
+            spread: self.middle * (squares / power - (offset / power).powi(2)).sqrt(),
             flux: flux.map(|flux| flux * self.rows.len() as f64 / count),
         }
     }
@@ -339,10 +346,6 @@ impl Band<'_> {
 /// The wavenumber, less that of a stated relation.
 fn searched(at: &Unknowns, offset: f64) -> f64 {
     at[1] + offset * (at[2] + offset * at[3])
-}
-
-fn every(_: &Row) -> f64 {
-    1.0
 }
 
 fn dot(a: &Line, b: &Line) -> Complex<f64> {
@@ -355,9 +358,5 @@ fn square(line: &Line) -> f64 {
 
 /// 0 of a wave that there is not, or that is the same as the other.
 fn over(part: Complex<f64>, power: f64) -> Complex<f64> {
-    if power > SAME {
-        part / power
-    } else {
-        Complex::ZERO
-    }
+    (power > SAME).then(|| part / power).unwrap_or_default()
 }

@@ -126,10 +126,8 @@ impl Flux {
     fn larger(&self) -> (usize, [usize; 2]) {
         let largest = |way: usize| self.total[way].iter().fold(0.0, |m: f64, p| m.max(p.value));
         let last = self.positions.len() - 1;
-        match largest(1) > largest(0) {
-            true => (1, [last, 0]),
-            false => (0, [0, last]),
-        }
+        let way = usize::from(largest(1) > largest(0));
+        (way, [[0, last], [last, 0]][way])
     }
 }
 

@@ -25,7 +25,9 @@ use crate::unit::{compose, square};
 
 /// Frequencies of a band at least, of transients and of steady records, whose window spreads each over its neighbours.
 const LEAST_ROWS: [usize; 2] = [8, 40];
-/// Points of ridges that the search of a band starts from.
+/// Deviation of the frequencies of the waves of a steady record in bins at least, half that of a band: the window spreads a tone over three.
+const SPREAD: f64 = 6.0;
+/// Points of ridges, or peaks alone, that the search of a band starts from.
 const STARTS: usize = 3;
 
 /// What is searched in.
@@ -39,9 +41,8 @@ pub(super) struct Search<'a> {
     /// `[shot, bin, site]`, of whole cells, one-sided.
     spectra: Array3<Complex<f64>>,
     frequency: Vec<f64>,
-    /// Of the sites, from the first one; length of a cell.
+    /// Of the sites, from the first one.
     distances: Array1<f64>,
-    cell: f64,
     setup: Setup,
 }
 
@@ -55,9 +56,9 @@ impl<'a> Search<'a> {
     ) -> Result<Self> {
         let (field, is_transient) = (fields[0], scan.independence.is_transient());
         let n_times = field.n_times();
-        let (window, detrend) = match is_transient {
-            true => (Window::None, Detrend::None),
-            false => (Window::USUAL, Detrend::Mean),
+        let (window, detrend, spread) = match is_transient {
+            true => (Window::None, Detrend::None, 0.0),
+            false => (Window::USUAL, Detrend::Mean, SPREAD),
         };
         let averaging = Averaging {
             segment: Some(n_times),
@@ -91,7 +92,6 @@ impl<'a> Search<'a> {
             spectra: Array3::from_shape_fn((shots.count(), bins, sites), at),
             frequency: frequencies(n_times, field.time.step),
             distances: (0..sites).map(|j| j as f64 * field.space.step).collect(),
-            cell: power.0.len() as f64 * field.space.step,
             power,
             setup: Setup {
                 ways: match request.towards {
@@ -99,14 +99,14 @@ impl<'a> Search<'a> {
                     Travelling::TowardMinusX => [0.0, 1.0],
                     _ => [1.0; 2],
                 },
-                groups: if fields.len() > 1 {
-                    fields.len().min(GROUPS)
-                } else {
-                    GROUPS
+                groups: match fields.len() {
+                    1 => GROUPS,
+                    n => n.min(GROUPS),
                 },
                 span: (sites - 1) as f64 * field.space.step,
                 is_law: law.is_some(),
                 is_single: is_transient && fields.len() == 1,
+                spread: spread / (n_times as f64 * field.time.step),
                 strain: if is_strain { -2 } else { 0 },
             },
             law,
@@ -114,7 +114,7 @@ impl<'a> Search<'a> {
     }
 
     pub fn run(&self) -> Flux {
-        let bands = self.bands();
+        let bands = self.bands().unwrap_or_default();
         let found: Vec<_> = bands.par_iter().map(|bins| self.found(bins)).collect();
         let stated: Vec<&Found> = found.iter().flatten().collect();
         let power = |bins: Range<usize>| -> f64 {
@@ -149,21 +149,26 @@ impl<'a> Search<'a> {
         flux
     }
 
-    /// Bins of each band: where there are ridges or frequencies of the law, but those without a direction.
-    fn bands(&self) -> Vec<Range<usize>> {
-        let Some(curve) = self.law.as_ref().or(self.scan.analysis.dispersion.first()) else {
-            return Vec::new();
-        };
-        let all = curve.branches.iter().flatten().filter(|f| f.is_finite());
+    /// Bins of each band: where there are ridges, peaks alone or frequencies of the law, but those without a direction.
+    fn bands(&self) -> Option<Vec<Range<usize>>> {
+        let curve = self.law.as_ref().or(self.scan.analysis.dispersion.first());
+        let of_curve = curve
+            .iter()
+            .flat_map(|curve| curve.branches.iter().flatten());
+        let lone = self.scan.lone.iter().map(|[f, _]| f);
+        let lone = lone.filter(|_| self.law.is_none());
+        let all = of_curve.chain(lone).filter(|f| f.is_finite());
         let bins = all.map(|f| (f / self.frequency[1]).round() as usize);
         // The mean has a flux if nothing comes back.
         let least = usize::from(self.setup.ways == [1.0; 2] || self.law.is_none());
-        let from = bins.clone().min().unwrap_or(0).max(least);
-        let to = (bins.max().unwrap_or(0) + 1).min(self.field.n_times().div_ceil(2));
-        let least = LEAST_ROWS[usize::from(!self.scan.independence.is_transient())];
-        let count = (to.saturating_sub(from) / least).min(self.request.bands);
+        let (from, to) = (bins.clone().min()?.max(least), bins.max()? + 1);
+        let rows = LEAST_ROWS[usize::from(!self.scan.independence.is_transient())];
+        // Those of a narrow band are about its middle.
+        let from = from.min(((from + to).saturating_sub(rows) / 2).max(least));
+        let to = to.max(from + rows).min(self.field.n_times().div_ceil(2));
+        let count = (to.saturating_sub(from) / rows).min(self.request.bands);
         let edge = |n: usize| from + n * (to - from) / count;
-        (0..count).map(|n| edge(n)..edge(n + 1)).collect()
+        Some((0..count).map(|n| edge(n)..edge(n + 1)).collect())
     }
 
     /// The ends of a band in cycles.
@@ -171,23 +176,30 @@ impl<'a> Search<'a> {
         [bins.start, bins.end].map(|bin| (bin as f64 - 0.5) * self.frequency[1])
     }
 
-    /// Where the search of a band begins: at the ridge points that are next to it, the strongest first.
+    /// Where the search of a band begins: at the ridge points that are next to it, the strongest first. Peaks alone have the group velocity
+    /// that is stated, or that of their phase.
     fn starts(&self, [from, to]: [f64; 2]) -> Vec<Unknowns> {
         if self.law.is_some() {
             return vec![[0.0; 4]];
         }
-        let middle = 0.5 * (from + to);
-        let away = |p: &RidgePoint| (from - p.frequency).max(p.frequency - to).max(0.0);
-        let points = self.scan.points().filter(|p| p.group_velocity.is_finite());
-        let mut points: Vec<&RidgePoint> = points.collect();
-        let by_power = |a: &RidgePoint, b: &RidgePoint| b.power.total_cmp(&a.power);
-        points.sort_by(|a, b| away(a).total_cmp(&away(b)).then(by_power(a, b)));
-        let start = |p: &&RidgePoint| {
+        let (middle, cell) = (0.5 * (from + to), self.power.0.len() as f64);
+        let zone = TAU / (cell * self.field.space.step);
+        let stated = self.request.group_velocity;
+        let of_peak = |[f, k]: &[f64; 2]| {
+            let velocity = stated.map_or(TAU * f / k, |velocity| velocity.copysign(*k));
+            [0.0, *f, *k, velocity]
+        };
+        let of_point = |p: &RidgePoint| [p.power, p.frequency, p.wavenumber, p.group_velocity];
+        let points = self.scan.points().map(of_point);
+        let points = points.chain(self.scan.lone.iter().map(of_peak));
+        let mut points: Vec<[f64; 4]> = points.filter(|p| p[3].is_finite()).collect();
+        let away = |p: &[f64; 4]| (from - p[1]).max(p[1] - to).max(0.0);
+        points.sort_by(|a, b| away(a).total_cmp(&away(b)).then(b[0].total_cmp(&a[0])));
+        let start = |[_, f, k, velocity]: &[f64; 4]| {
             // With the sign of a wave whose energy goes to +x, in the first zone of the cells.
-            let (sign, slope) = (p.group_velocity.signum(), TAU / p.group_velocity.abs());
-            let k = p.wavenumber * sign + slope * (middle - p.frequency);
-            let turns = (k * self.cell / TAU).round();
-            [0.0, k - TAU * turns / self.cell, slope * middle, 0.0]
+            let (sign, slope) = (velocity.signum(), TAU / velocity.abs());
+            let k = k * sign + slope * (middle - f);
+            [0.0, k - zone * (k / zone).round(), slope * middle, 0.0]
         };
         points.iter().take(STARTS).map(start).collect()
     }
@@ -326,16 +338,14 @@ fn power(
     if let Some(mass) = masses.iter().find(|mass| mass.value <= 0.0) {
         return fault("masses above 0", mass.value.to_string());
     }
+    let plain = compose(&[&square(&sample), &units.velocity, passed], &[]);
     let (size, unit) = match (masses, size()) {
         ([_, ..], Some(size)) => (size, si.into()),
         (masses, None) if masses.iter().any(|mass| mass.has_unit) => {
             let expected = "numbers: samples, times or positions have no unit that is known";
             return fault(expected, format!("{masses:?}"));
         }
-        _ => (
-            1.0,
-            compose(&[&square(&sample), &units.velocity, passed], &[]),
-        ),
+        _ => (1.0, plain),
     };
     let mut values: Vec<f64> = masses.iter().map(|mass| mass.value).collect();
     if values.is_empty() {

@@ -77,12 +77,10 @@ impl Describe for Flux {
         let factors = sorted(factors.filter(|value| value.is_finite()));
         if let Some(last) = factors.len().checked_sub(1) {
             let [low, middle, high] = [last / 4, last / 2, last - last / 4].map(|n| factors[n]);
-            let range = with_range(low, middle, high);
-            let text = format!("{range}, median and quartiles of the bands");
-            sheet.fact("loss factor", text);
+            let range = with_range(low, middle, high) + ", median and quartiles of the bands";
+            sheet.fact("loss factor", range);
         }
-        let share = percent(self.stated);
-        let text = format!("{share} of the power of all samples is of bands with a flux");
+        let text = percent(self.stated) + " of the power of all samples is of bands with a flux";
         sheet.fact("stated", text);
         for reason in self.reasons() {
             let without = self.bands.iter().filter(|band| band.reason == Some(reason));
@@ -226,12 +224,8 @@ impl Flux {
             let all = self.bands.iter().flat_map(of_band).collect();
             let (flux, total) = (format!("flux_{name}"), format!("total_{name}"));
             add(&flux, &axes, &density, all);
-            add(
-                &total,
-                &axes[1..],
-                &self.power_unit,
-                self.total[way].clone(),
-            );
+            let totals = self.total[way].clone();
+            add(&total, &axes[1..], &self.power_unit, totals);
         }
     }
 }
