@@ -107,13 +107,28 @@ impl Pass<'_> {
         if from == to {
             return;
         }
-        let own = along[from..to].iter().map(|site| [site - sites.start; 2]);
+        let chosen = &along[from..to];
+        // Of the others no spectra are needed.
+        let some: Vec<f64>;
+        let records = match chosen.len() == sites.len() {
+            true => records,
+            false => {
+                let rows = records.rows(0..records.length());
+                let rows = rows.chunks_exact(sites.len());
+                let of = |site: &usize| site - sites.start;
+                some = rows
+                    .flat_map(|row| chosen.iter().map(move |site| row[of(site)]))
+                    .collect();
+                Records::interleaved(&some, chosen.len())
+            }
+        };
+        let own = (0..chosen.len()).map(|lane| [lane; 2]);
         // Tiles are in parallel where there are several.
         let how = (&self.own, own, self.chosen_by_tile().nth(1).is_none());
         tile.add(
             self.realisations,
             shot,
-            (sites.clone(), records),
+            (chosen.iter().copied(), records),
             scratch,
             how,
         );
@@ -130,10 +145,12 @@ impl Pass<'_> {
     /// What was found along x.
     pub fn along(&self, tiles: &[TileSums]) -> BicoherenceAlong {
         let sites = self.request.along.clone();
-        let found = sites.iter().zip(tiles.iter().flat_map(|tile| &tile.found));
-        let found = found.map(|(site, (evenness, found))| {
-            let steadiness = tiles[site / TOGETHER].like.steadiness(*site);
-            (found, self.independence(steadiness, *evenness))
+        let found = tiles.iter().flat_map(|tile| {
+            let of_tile = tile.found.iter().enumerate();
+            of_tile.map(|(lane, (evenness, found))| {
+                let steadiness = tile.like.steadiness(lane);
+                (found, self.independence(steadiness, *evenness))
+            })
         });
         let columns: Vec<(&Vec<Found>, Independence)> = found.collect();
         let alpha = self.request.alpha;

@@ -1,6 +1,7 @@
 //! From the sums of the pass to the estimate: intervals, jackknife, lines.
 
 use ndarray::Array2;
+use rayon::prelude::*;
 
 use super::lines::{LINE_BLOCKS, Line, OFFSETS, line_and_rest};
 use super::noise::LeadIn;
@@ -82,13 +83,12 @@ impl Pass<'_> {
             };
             2.0 * density * white / smallest < FILLING.0 * (2.0 / degrees).sqrt()
         };
-        let counting: Vec<f64> = (steadiness.iter().zip(spectrum.columns()))
-            .map(|(steadiness, spectrum)| {
-                let spectrum = spectrum.into_iter().skip(1).copied();
-                let samples = self.realisations.segments.record;
-                share_that_counts(*steadiness, samples, (spectrum, length))
-            })
-            .collect();
+        let counting = steadiness.par_iter().enumerate().map(|(j, steadiness)| {
+            let spectrum = spectrum.column(j).into_iter().skip(1).copied();
+            let samples = self.realisations.segments.record;
+            share_that_counts(*steadiness, samples, (spectrum, length))
+        });
+        let counting: Vec<f64> = counting.collect();
         let degrees = Array2::from_shape_fn(shape, |(m, j)| {
             // Transforms at 0 and at the Nyquist frequency are real.
             let one = fold(m, length);
