@@ -358,5 +358,8 @@ fn square(line: &Line) -> f64 {
 
 /// 0 of a wave that there is not, or that is the same as the other.
 fn over(part: Complex<f64>, power: f64) -> Complex<f64> {
-    (power > SAME).then(|| part / power).unwrap_or_default()
+    match power > SAME {
+        true => part / power,
+        false => Complex::ZERO,
+    }
 }

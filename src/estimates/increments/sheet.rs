@@ -179,14 +179,12 @@ impl AxisIncrements {
             sheet.line(&named(name), &scale, unit, values);
         }
         let axes = [(&scale[..], n), ("order", if n > 0 { ORDERS } else { 0 })];
-        let orders: [(_, fn(&ScaleMoments) -> &[f64]); 2] = [
-            ("structure_half", |m| &m.half[..ORDERS]),
-            ("structure", |m| &m.structure),
-        ];
-        for (name, of) in orders {
+        let mut of_orders = |name, of: fn(&ScaleMoments) -> &[f64]| {
             let values: Vec<f64> = self.scales.iter().flat_map(of).copied().collect();
             sheet.variable(&named(name), &axes, "", values);
-        }
+        };
+        of_orders("structure_half", |m| &m.half[..ORDERS]);
+        of_orders("structure", |m| &m.structure);
         let histograms = self.histograms.iter();
         let scales: Vec<f64> = histograms.map(|h| self.scales[h.index].scale).collect();
         let (of_histogram, count) = (named("histogram_scale"), scales.len());

@@ -153,7 +153,8 @@ impl Sums {
                 true => shape.reached(),
                 false => first + hop,
             };
-            for piece in (first / length).min(last)..=((end - 1) / length).min(last) {
+            let [begin, behind] = [first, end - 1].map(|sample| (sample / length).min(last));
+            for (piece, sums) in (begin..).zip(&mut pieces[begin..=behind]) {
                 let from = first.max(piece * length);
                 let to = match piece == last {
                     true => end,
@@ -163,7 +164,7 @@ impl Sums {
                 let squares = std::array::from_fn(|lane| squares[lane] + mark[lane]);
                 let count = (to - from) as f64;
                 let later = [[count; WIDTH], means, squares].map(LaneBlock);
-                join(&mut pieces[piece], &later);
+                join(sums, &later);
             }
         }
         self.close();
