@@ -1,8 +1,9 @@
 //! Trends: the mean or the least-squares line of a record.
 
 use super::Detrend;
-use crate::numeric::lanes::{WIDTH, less_means, on_lines};
+use crate::numeric::lanes::{WIDTH, on_lines};
 use crate::numeric::{sum, sums_across};
+use crate::transform::less_means;
 
 /// A trend `high + low + slope (i - (n - 1) / 2)` over the indices of a record.
 ///

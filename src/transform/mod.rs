@@ -34,6 +34,7 @@ pub(crate) use records::quick;
 pub use records::{RecordScratch, RecordTransform};
 pub use scale::{Scale, Scaling, fold};
 pub use segments::Segments;
+pub(crate) use taper::less_means;
 
 /// `|z|^2` in double precision.
 #[inline(always)]

@@ -6,7 +6,7 @@ use column_fft::rows;
 use num_complex::Complex;
 
 use super::Real;
-use crate::numeric::lanes::{WIDTH, less_means};
+use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 use crate::numeric::{interleaved_sums_of_squares, sum};
 
 /// The window of a transform, and what becomes of a record's mean.
@@ -116,6 +116,35 @@ pub(super) fn dominant_means(values: &[f64], width: usize, means: &mut Vec<f64>)
         let mean = sum(&record) / record.len() as f64;
         if (high[c] - mean).max(mean - low[c]) < 0.25 * mean.abs() {
             means[c] = mean;
+        }
+    }
+}
+
+/// `((row - high) - low) * weight` of each row, each operation rounded.
+pub(crate) fn less_means(
+    rows: &[[f64; WIDTH]],
+    means: [[f64; WIDTH]; 2],
+    weights: impl Iterator<Item = f64>,
+    out: &mut [[f64; WIDTH]],
+) {
+    widest(LessMeans(rows, means, weights, out));
+}
+
+struct LessMeans<'a, W>(
+    &'a [[f64; WIDTH]],
+    [[f64; WIDTH]; 2],
+    W,
+    &'a mut [[f64; WIDTH]],
+);
+
+impl<W: Iterator<Item = f64>> SimdKernel for LessMeans<'_, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let [high, low] = self.1.map(|mean| L::read(&mean));
+        for ((row, out), weight) in self.0.iter().zip(self.3).zip(self.2) {
+            (((L::read(row) - high) - low) * L::splat(weight)).write(out);
         }
     }
 }

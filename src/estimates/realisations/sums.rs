@@ -11,6 +11,15 @@ use crate::transform::Segments;
 /// Samples, mean, and sum of the squares of the deviations of a piece of eight records.
 type Piece = [LaneBlock; 3];
 
+impl LaneBlock {
+    /// Adds numbers to the first lanes.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, values: impl IntoIterator<Item = f64>) {
+        let lanes = self.0.iter_mut().zip(values);
+        lanes.for_each(|(sum, value)| *sum += value);
+    }
+}
+
 /// How large sums of a tile are, and what their records are like.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SumsShape {

@@ -17,15 +17,6 @@ pub(crate) const WIDTH: usize = 8;
 #[repr(C, align(64))]
 pub(crate) struct LaneBlock(pub(crate) [f64; WIDTH]);
 
-impl LaneBlock {
-    /// Adds numbers to the first lanes.
-    #[inline(always)]
-    pub(crate) fn add(&mut self, values: impl IntoIterator<Item = f64>) {
-        let lanes = self.0.iter_mut().zip(values);
-        lanes.for_each(|(sum, value)| *sum += value);
-    }
-}
-
 /// Numbers in whole blocks.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct AlignedRow(pub(crate) Vec<LaneBlock>);
@@ -59,11 +50,8 @@ pub(crate) fn on_lines<T: Copy + Default>(room: &mut Vec<T>, length: usize) -> &
     if room.len() < length + spare {
         room.resize(length + spare, T::default());
     }
-    let first = room
-        .as_ptr()
-        .align_offset(align_of::<LaneBlock>())
-        .min(spare);
-    &mut room[first..first + length]
+    let first = room.as_ptr().align_offset(align_of::<LaneBlock>());
+    &mut room[first.min(spare)..][..length]
 }
 
 /// One number, or several that undergo the same.
@@ -183,35 +171,6 @@ pub(crate) fn widest<W: SimdKernel>(work: W) -> W::Output {
         }
     }
     work.run::<LaneBlock>()
-}
-
-/// `((row - high) - low) * weight` of each row, each operation rounded.
-pub(crate) fn less_means(
-    rows: &[[f64; WIDTH]],
-    means: [[f64; WIDTH]; 2],
-    weights: impl Iterator<Item = f64>,
-    out: &mut [[f64; WIDTH]],
-) {
-    widest(LessMeans(rows, means, weights, out));
-}
-
-struct LessMeans<'a, W>(
-    &'a [[f64; WIDTH]],
-    [[f64; WIDTH]; 2],
-    W,
-    &'a mut [[f64; WIDTH]],
-);
-
-impl<W: Iterator<Item = f64>> SimdKernel for LessMeans<'_, W> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let [high, low] = self.1.map(|mean| L::read(&mean));
-        for ((row, out), weight) in self.0.iter().zip(self.3).zip(self.2) {
-            (((L::read(row) - high) - low) * L::splat(weight)).write(out);
-        }
-    }
 }
 
 impl Number for f64 {
