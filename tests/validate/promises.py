@@ -38,7 +38,9 @@ REPEATED = [
 
 def printed(part):
     """What the README and the guide print"""
-    for number, page in enumerate(("README.md", "python/README.md", "docs/site/start.md", *documents.GUIDE)):
+    for number, page in enumerate(
+        ("README.md", "python/README.md", "docs/site/start.md", *documents.GUIDE)
+    ):
         # Results that another page has made are refused.
         folder = part.folder / str(number)
         folder.mkdir()
