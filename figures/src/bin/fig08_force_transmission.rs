@@ -148,9 +148,9 @@ fn check(name: &str, curve: &TransmissionCurve) {
         let all = curve.extremes.iter().map(|e| (e.is_maximum, e.point));
         all.filter(move |(kind, p)| *kind == is_maximum && p.value < angle - 1e-6)
             .map(|(_, p)| p)
-            .next()
+            .next_back()
     };
-    // How far a maximum stands out from the next minimum, where there are any.
+    // How far the last maximum before it stands out from the last minimum there, where there are any.
     let out = below(true).zip(below(false));
     let out = out.map(|(top, hollow)| (top.value, top.relative_force - hollow.relative_force));
     match (name, out) {
