@@ -63,6 +63,15 @@ fn val_construction_sites_out_of_step_are_named() {
     }
 }
 
+/// Three neighbours that are five times as loud: one step up where they begin, one down behind them.
+#[test]
+fn val_construction_gain_steps_that_are_near() {
+    let mut values = wave(40);
+    values.slice_mut(s![.., 20..23]).mapv_inplace(|v| 5.0 * v);
+    let channels = channel_findings(&field(values), &Silent).unwrap();
+    assert_eq!(named(&channels), [("gain-steps", vec![20, 23])]);
+}
+
 #[test]
 fn val_sites_that_are_left_out_change_no_others() {
     let values = wave(24);

@@ -235,4 +235,21 @@ fn val_tone_needs_its_group_velocity() {
         let off = flux.total[0][0].value / velocity - 0.5 - 0.25 * depth * depth;
         assert!(reason == Some(NoFlux::Velocity) && off.abs() < 0.005 + 0.05 * depth);
     }
+    // Twelve frequencies within 20 Hz: less than half of a band.
+    let tones = [(); 12].map(|()| {
+        let f = 1500.0 + 20.0 * random.uniform();
+        (f, beam(50.0, f)[0], TAU * random.uniform())
+    });
+    let narrow = Array2::from_shape_fn((2048, SITES), |(n, j)| {
+        let of = |(f, k, phase): &(f64, f64, f64)| {
+            (TAU * f * 1e-4 * n as f64 - k * j as f64 * STEP + phase).cos()
+        };
+        tones.iter().map(of).sum::<f64>() + 0.01 * random.normal()
+    });
+    let bands = found(&[&field(narrow)], |_| {}).bands;
+    let reasons: Vec<_> = bands.iter().map(|band| band.reason).collect();
+    assert!(
+        reasons.contains(&Some(NoFlux::Velocity)) && !reasons.contains(&None),
+        "{reasons:?}"
+    );
 }

@@ -233,6 +233,8 @@ fn val_construction_a_common_amplitude_is_no_relation() {
                 if i == 0 {
                     let spectrum = spectrum("segment=128", field).unwrap();
                     peaks += spectrum.peaks().unwrap().len();
+                    let tapers = coherence("tapers=4:7", field).unwrap();
+                    found[0][0] += tapers.coherent_sites().count();
                 }
                 let sites = coherence("segment=128", field).unwrap();
                 found[0][i] += sites.coherent_sites().count();
