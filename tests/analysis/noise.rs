@@ -250,7 +250,7 @@ fn val_construction_a_common_amplitude_is_no_relation() {
             }
         }
         let [[sites, followers], [modes, motions], [triples, _]] = found;
-        lies(share(held.into_iter()), 0.92..0.985);
+        lies(share(held), 0.92..0.985);
         let is_right = sites <= 3 && modes <= 2 && triples <= 3 && followers == 112;
         assert!(
             is_right && motions > 900 && peaks <= 4,
